@@ -1,0 +1,69 @@
+//! Writing a whole file or nothing: the bytes go to a temporary file in the same folder, are
+//! synced, and take the file's name by rename. A reader never sees half a file.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Writes `bytes` to `path` so that either the whole file is there or the old one still is.
+///
+/// # Errors
+/// Any failure to create, write, sync or rename; it names the file. The temporary file is removed.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    write_atomically_with(path, |file| file.write_all(bytes))
+}
+
+/// As [`write_atomically`], with the bytes coming from `write`.
+///
+/// # Errors
+/// As [`write_atomically`], and whatever `write` fails with.
+pub fn write_atomically_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    (|| {
+        let mut file = tempfile::Builder::new().prefix(".").suffix(".partial").tempfile_in(folder)?;
+        write(file.as_file_mut())?;
+        file.as_file().sync_all()?;
+        file.persist(path).map(|_| ()).map_err(|error| error.error)
+    })()
+    .map_err(|error| named(path, &error))
+}
+
+/// Creates `folder` and its parents.
+///
+/// # Errors
+/// Names the folder; among them that a regular file is in its place.
+pub fn create_folder(folder: &Path) -> io::Result<()> {
+    std::fs::create_dir_all(folder).map_err(|error| named(folder, &error))
+}
+
+/// `error` with the name of the file it happened to.
+pub fn named(path: &Path, error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("votes.csv");
+        write_atomically(&path, b"old").unwrap();
+        let error = write_atomically_with(&path, |file| {
+            file.write_all(b"half of the ne")?;
+            Err(io::Error::new(io::ErrorKind::StorageFull, "no space left on device"))
+        })
+        .unwrap_err();
+        assert!(error.to_string().contains("votes.csv: no space left"), "{error}");
+        assert_eq!(std::fs::read(&path).unwrap(), b"old");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_folder_under_a_regular_file_is_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("plain");
+        std::fs::write(&file, b"").unwrap();
+        assert!(create_folder(&file.join("out")).unwrap_err().to_string().contains("plain/out"));
+    }
+}

@@ -1,0 +1,20 @@
+//! What is written down: the records that Shutterlab reads and writes, the files they live in,
+//! and the schemas generated from them.
+//!
+//! A definition (protocol, grid, scene) is TOML, read by [`definition::read`]. An observation
+//! (response, participant, votes) is CSV. Every schema beside this crate (`*.schema.json`) is
+//! generated from the types here and tested against drift.
+
+pub mod definition;
+pub mod files;
+pub mod participant;
+pub mod protocol;
+pub mod response;
+pub mod study;
+pub mod table_schema;
+pub mod votes;
+
+pub use participant::{Participant, ParticipantCode};
+pub use protocol::Protocol;
+pub use response::Response;
+pub use votes::Votes;
