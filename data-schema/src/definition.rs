@@ -41,8 +41,18 @@ pub enum DefinitionError {
 
 impl DefinitionError {
     /// A [`DefinitionError::Value`] from its parts.
-    pub fn value(file: &str, field: impl Into<String>, value: impl ToString, allowed: impl Into<String>) -> Self {
-        Self::Value { file: file.into(), field: field.into(), value: value.to_string(), allowed: allowed.into() }
+    pub fn value(
+        file: &str,
+        field: impl Into<String>,
+        value: impl ToString,
+        allowed: impl Into<String>,
+    ) -> Self {
+        Self::Value {
+            file: file.into(),
+            field: field.into(),
+            value: value.to_string(),
+            allowed: allowed.into(),
+        }
     }
 }
 

@@ -6,20 +6,25 @@ use std::fmt;
 
 /// A participant's code: 1 to 32 ASCII letters and digits (the characters that Psych-DS allows in
 /// the value of a file-name keyword).
-#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(try_from = "String", into = "String")]
 #[schemars(extend("pattern" = "^[A-Za-z0-9]{1,32}$"))]
 pub struct ParticipantCode(String);
 
 /// The text is no participant code.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
-#[error("participant code: {0:?}: 1 to 32 letters and digits are allowed, no names, addresses or paths")]
+#[error(
+    "participant code: {0:?}: 1 to 32 letters and digits are allowed, no names, addresses or paths"
+)]
 pub struct CodeError(String);
 
 impl TryFrom<String> for ParticipantCode {
     type Error = CodeError;
     fn try_from(text: String) -> Result<Self, CodeError> {
-        let fits = (1..=32).contains(&text.len()) && text.bytes().all(|b| b.is_ascii_alphanumeric());
+        let fits =
+            (1..=32).contains(&text.len()) && text.bytes().all(|b| b.is_ascii_alphanumeric());
         if fits { Ok(Self(text)) } else { Err(CodeError(text)) }
     }
 }

@@ -123,8 +123,14 @@ impl Protocol {
             Err(DefinitionError::value(file, field, value, allowed))
         };
         definition::check_schema(self.schema, file)?;
-        if !(1..=32).contains(&self.name.len()) || !self.name.bytes().all(|b| b.is_ascii_alphanumeric()) {
-            return refuse("name", format!("{:?}", self.name), "1 to 32 letters and digits are allowed");
+        if !(1..=32).contains(&self.name.len())
+            || !self.name.bytes().all(|b| b.is_ascii_alphanumeric())
+        {
+            return refuse(
+                "name",
+                format!("{:?}", self.name),
+                "1 to 32 letters and digits are allowed",
+            );
         }
         if let Some((axis, _)) = self.stimuli.iter().find(|(_, levels)| levels.is_empty()) {
             return refuse(&format!("stimuli.{axis}"), "[]".into(), "at least one level is needed");
@@ -133,10 +139,18 @@ impl Protocol {
             return refuse("design.repetitions", "0".into(), "at least 1");
         }
         if self.design.trials_between_breaks == Some(0) {
-            return refuse("design.trials_between_breaks", "0".into(), "at least 1, or leave the key out");
+            return refuse(
+                "design.trials_between_breaks",
+                "0".into(),
+                "at least 1, or leave the key out",
+            );
         }
         if !(0.0..=60.0).contains(&self.design.gap_s) {
-            return refuse("design.gap_s", self.design.gap_s.to_string(), "0 to 60 seconds are allowed");
+            return refuse(
+                "design.gap_s",
+                self.design.gap_s.to_string(),
+                "0 to 60 seconds are allowed",
+            );
         }
         Ok(())
     }

@@ -58,9 +58,12 @@ pub fn write_descriptions(folder: &Path, protocol: &Protocol) -> io::Result<()> 
             "format": "csv", "mediatype": "text/csv", "encoding": "utf-8", "schema": schema,
         })
     };
-    let mut resources = vec![resource("participants".into(), "participants.csv".into(), participants_schema())];
+    let mut resources =
+        vec![resource("participants".into(), "participants.csv".into(), participants_schema())];
     for path in data_files(folder)? {
-        let Some(file) = path.file_name().map(|name| name.to_string_lossy().into_owned()) else { continue };
+        let Some(file) = path.file_name().map(|name| name.to_string_lossy().into_owned()) else {
+            continue;
+        };
         let name = file.trim_end_matches(".csv").to_lowercase();
         resources.push(resource(name, format!("data/{file}"), responses_schema()));
     }
@@ -69,7 +72,8 @@ pub fn write_descriptions(folder: &Path, protocol: &Protocol) -> io::Result<()> 
         "name": protocol.name.to_lowercase(), "title": protocol.title, "resources": resources,
     });
     let schema = responses_schema();
-    let variables: Vec<&Value> = schema["fields"].as_array().into_iter().flatten().map(|f| &f["name"]).collect();
+    let variables: Vec<&Value> =
+        schema["fields"].as_array().into_iter().flatten().map(|f| &f["name"]).collect();
     let dataset = json!({
         "@context": "https://schema.org/", "@type": "Dataset",
         "name": protocol.name, "description": protocol.title, "variableMeasured": variables,

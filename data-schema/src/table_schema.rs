@@ -12,11 +12,12 @@ pub fn table_schema<T: JsonSchema>(primary_key: &[&str]) -> Value {
         .get("required")
         .and_then(Value::as_array)
         .map_or(vec![], |names| names.iter().filter_map(Value::as_str).collect());
-    let fields: Vec<Value> = root
-        .get("properties")
-        .and_then(Value::as_object)
-        .map_or(vec![], |properties| {
-            properties.iter().map(|(name, schema)| field(name, schema, required.contains(&name.as_str()))).collect()
+    let fields: Vec<Value> =
+        root.get("properties").and_then(Value::as_object).map_or(vec![], |properties| {
+            properties
+                .iter()
+                .map(|(name, schema)| field(name, schema, required.contains(&name.as_str())))
+                .collect()
         });
     json!({ "fields": fields, "primaryKey": primary_key, "missingValues": [""] })
 }
@@ -35,7 +36,8 @@ fn field(name: &str, schema: &Value, required: bool) -> Value {
     if !variants.is_empty() {
         constraints.insert("enum".into(), variants.iter().map(|(name, _)| json!(name)).collect());
     }
-    let mut description = schema.get("description").and_then(Value::as_str).unwrap_or_default().replace('\n', " ");
+    let mut description =
+        schema.get("description").and_then(Value::as_str).unwrap_or_default().replace('\n', " ");
     for (name, meaning) in variants {
         description += &format!(" `{name}`: {}", meaning.replace('\n', " "));
     }
@@ -44,18 +46,15 @@ fn field(name: &str, schema: &Value, required: bool) -> Value {
 
 /// The values of an enum and what each means.
 fn variants(schema: &Value) -> Vec<(&str, &str)> {
-    schema
-        .get("oneOf")
-        .and_then(Value::as_array)
-        .map_or(vec![], |options| {
-            options
-                .iter()
-                .filter_map(|option| {
-                    let name = option.get("const")?.as_str()?;
-                    Some((name, option.get("description").and_then(Value::as_str).unwrap_or_default()))
-                })
-                .collect()
-        })
+    schema.get("oneOf").and_then(Value::as_array).map_or(vec![], |options| {
+        options
+            .iter()
+            .filter_map(|option| {
+                let name = option.get("const")?.as_str()?;
+                Some((name, option.get("description").and_then(Value::as_str).unwrap_or_default()))
+            })
+            .collect()
+    })
 }
 
 fn field_type(schema: &Value) -> &'static str {
@@ -64,7 +63,9 @@ fn field_type(schema: &Value) -> &'static str {
     }
     let kind = match schema.get("type") {
         Some(Value::String(kind)) => kind.as_str(),
-        Some(Value::Array(kinds)) => kinds.iter().filter_map(Value::as_str).find(|k| *k != "null").unwrap_or("string"),
+        Some(Value::Array(kinds)) => {
+            kinds.iter().filter_map(Value::as_str).find(|k| *k != "null").unwrap_or("string")
+        }
         _ => "string",
     };
     match kind {

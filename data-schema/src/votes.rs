@@ -49,7 +49,10 @@ impl Votes {
     /// As [`Votes::read`].
     pub fn parse(text: &str, file: &str) -> Result<Self, VotesError> {
         let fail = |what: String| VotesError { file: file.into(), what };
-        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
+        let mut reader = csv::ReaderBuilder::new()
+            .comment(Some(b'#'))
+            .trim(csv::Trim::All)
+            .from_reader(text.as_bytes());
         let headers = reader.headers().map_err(|e| fail(e.to_string()))?.clone();
         let column = |name: &str| {
             headers.iter().position(|header| header == name).ok_or_else(|| {
@@ -64,7 +67,9 @@ impl Votes {
             let line = record.position().map_or(0, csv::Position::line);
             let (item, votes) = (&record[item_column], &record[votes_column]);
             let votes = votes.parse().map_err(|_| {
-                fail(format!("line {line}: votes of `{item}`: `{votes}`: a whole number from 0 is needed"))
+                fail(format!(
+                    "line {line}: votes of `{item}`: `{votes}`: a whole number from 0 is needed"
+                ))
             })?;
             if item.is_empty() {
                 return Err(fail(format!("line {line}: item: empty: a name is needed")));

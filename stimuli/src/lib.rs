@@ -1,1 +1,22 @@
-//! stub
+//! What to show: scenes, viewing geometry and grids of stimuli, and the sequences made from them.
+//!
+//! A [`Grid`] is axes × levels. Each cell resolves to a [`Stimulus`] with every parameter that its
+//! pixels depend on. [`generate()`] lets a [`Render`] make the frames and writes them as a
+//! sequence folder, which counts as finished only when its [`Manifest`] is there.
+//!
+//! This crate knows no renderer: the renderer core implements [`Render`].
+
+pub mod frames;
+pub mod generate;
+pub mod grid;
+pub mod manifest;
+pub mod scene;
+pub mod stimulus;
+pub mod viewing;
+
+pub use frames::LinearImage;
+pub use generate::{Render, generate};
+pub use grid::{Grid, Selection};
+pub use manifest::{Device, Manifest, Sequence};
+pub use scene::Scene;
+pub use stimulus::Stimulus;

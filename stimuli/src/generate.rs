@@ -1,0 +1,261 @@
+//! Makes sequence folders from stimuli: frame by frame, so that an interrupted run goes on where it
+//! stopped and what is finished is never rendered again.
+
+use crate::frames::{EncodedImage, LinearImage};
+use crate::manifest::{self, Device, Frame, Manifest, Sequence, SequenceError, frame_path, json};
+use crate::stimulus::Stimulus;
+use serde::{Deserialize, Serialize};
+use shutterlab_data_schema::files::{create_folder, write_atomically};
+use std::io;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// A renderer, as the generator sees it.
+pub trait Render {
+    /// What renders, for the manifest.
+    fn device(&self) -> Device;
+
+    /// Renders frame number `frame` of `stimulus`. The same arguments give the same image, whatever
+    /// was rendered before.
+    ///
+    /// # Errors
+    /// The device fails, or cannot render this stimulus.
+    fn render(&mut self, stimulus: &Stimulus, frame: u32) -> Result<LinearImage, RenderError>;
+}
+
+/// Why a renderer failed.
+pub type RenderError = Box<dyn std::error::Error + Send + Sync>;
+
+/// A sequence could not be made. Frames already written stay for the next run.
+#[derive(Debug, thiserror::Error)]
+pub enum GenerateError {
+    /// A file or folder cannot be written.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// A sequence that is already there is damaged.
+    #[error("{0}; remove its folder to render it again")]
+    Damaged(#[from] SequenceError),
+    /// A sequence that is already there is another one.
+    #[error("{}: holds another sequence ({what}); choose another folder, or remove this one to render it again", folder.display())]
+    Occupied {
+        /// The sequence folder.
+        folder: PathBuf,
+        /// The first field in which it differs, with both values.
+        what: String,
+    },
+    /// The range of frames does not fit the sequence.
+    #[error("render: --frames: {}..{}: {stimulus} has frames 0..{frames}, of which at least one is needed", range.start, range.end)]
+    Frames {
+        /// The range asked for.
+        range: Range<u32>,
+        /// Id of the stimulus.
+        stimulus: String,
+        /// The number of its frames.
+        frames: u32,
+    },
+    /// The renderer failed.
+    #[error("{stimulus}: frame {frame}: {source}")]
+    Render {
+        /// Id of the stimulus.
+        stimulus: String,
+        /// Number of the frame.
+        frame: u32,
+        /// What the renderer said.
+        source: RenderError,
+    },
+    /// The run was asked to stop.
+    #[error("stopped; run the same command again to go on")]
+    Stopped,
+}
+
+/// What happens while sequences are made.
+pub trait Progress {
+    /// One more frame of `stimulus` is there; `rendered` says whether this run rendered it.
+    fn frame(&mut self, stimulus: &Stimulus, rendered: bool);
+    /// The sequence is finished; `rendered` is the number of its frames that this run rendered.
+    fn sequence(&mut self, sequence: &Sequence, rendered: usize);
+    /// Asked before each frame: whether to stop.
+    fn stop(&self) -> bool;
+}
+
+/// Who made the frames of a folder that is not yet finished: frames of two devices or two versions
+/// never mix in one sequence.
+#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct Origin {
+    definition: String,
+    program_version: String,
+    device: Device,
+}
+
+/// File that tells the origin of the frames in a folder that is not yet finished.
+const ORIGIN_FILE: &str = "unfinished.json";
+
+/// Renders frames `frames` (all, if none are named) of every stimulus into `out/<id>/`.
+///
+/// A sequence whose manifest already lists all the frames is skipped; frames that an earlier run
+/// left, by the same program on the same device, are kept.
+///
+/// # Errors
+/// See [`GenerateError`]. Whatever was written before the error stays and is whole.
+pub fn generate(
+    grid: &str,
+    stimuli: &[Stimulus],
+    frames: Option<Range<u32>>,
+    out: &Path,
+    renderer: &mut dyn Render,
+    progress: &mut dyn Progress,
+) -> Result<(), GenerateError> {
+    for stimulus in stimuli {
+        let length = stimulus.image.frames;
+        let range = frames.clone().unwrap_or(0..length);
+        if range.is_empty() || range.end > length {
+            return Err(GenerateError::Frames {
+                range,
+                stimulus: stimulus.id.clone(),
+                frames: length,
+            });
+        }
+    }
+    for stimulus in stimuli {
+        let range = frames.clone().unwrap_or(0..stimulus.image.frames);
+        let folder = out.join(&stimulus.id);
+        create_folder(&folder)?;
+        make_sequence(grid, stimulus, range, &folder, renderer, progress)?;
+    }
+    Ok(())
+}
+
+fn make_sequence(
+    grid: &str,
+    stimulus: &Stimulus,
+    range: Range<u32>,
+    folder: &Path,
+    renderer: &mut dyn Render,
+    progress: &mut dyn Progress,
+) -> Result<(), GenerateError> {
+    let finished = finished_sequence(folder, stimulus)?;
+    if let Some(sequence) = &finished
+        && range.clone().all(|index| sequence.manifest.frames.iter().any(|f| f.index == index))
+    {
+        range.for_each(|_| progress.frame(stimulus, false));
+        progress.sequence(sequence, 0);
+        return Ok(());
+    }
+
+    let origin = Origin {
+        definition: json(stimulus),
+        program_version: env!("CARGO_PKG_VERSION").into(),
+        device: renderer.device(),
+    };
+    claim(folder, finished.as_ref(), &origin)?;
+    let started = Instant::now();
+    let mut rendered = 0;
+    let mut frames = finished.map_or(vec![], |sequence| sequence.manifest.frames);
+    for index in range {
+        if progress.stop() {
+            return Err(GenerateError::Stopped);
+        }
+        let file = frame_path(folder, index);
+        let kept = EncodedImage::read_png(&file).ok();
+        let is_new = kept.is_none();
+        let image = match kept {
+            Some(image) => image,
+            None => render_frame(stimulus, index, &file, renderer)?,
+        };
+        rendered += usize::from(is_new);
+        frames.retain(|frame| frame.index != index);
+        frames.push(Frame { index, sha256: image.sha256() });
+        progress.frame(stimulus, is_new);
+    }
+    frames.sort_by_key(|frame| frame.index);
+    let manifest = Manifest {
+        schema: 1,
+        grid: grid.into(),
+        sha256: Manifest::hash(stimulus, &frames),
+        stimulus: stimulus.clone(),
+        frames,
+        program_version: origin.program_version,
+        device: origin.device,
+        render_seconds: started.elapsed().as_secs_f64(),
+    };
+    manifest.write(folder)?;
+    std::fs::remove_file(folder.join(ORIGIN_FILE))?;
+    progress.sequence(&Sequence { folder: folder.into(), manifest }, rendered);
+    Ok(())
+}
+
+fn render_frame(
+    stimulus: &Stimulus,
+    index: u32,
+    file: &Path,
+    renderer: &mut dyn Render,
+) -> Result<EncodedImage, GenerateError> {
+    let linear = renderer.render(stimulus, index).map_err(|source| GenerateError::Render {
+        stimulus: stimulus.id.clone(),
+        frame: index,
+        source,
+    })?;
+    let image = linear.encode(stimulus.image.exposure_stops, stimulus.image.transfer);
+    write_atomically(file, &image.to_png()?)?;
+    Ok(image)
+}
+
+/// The finished sequence in `folder`, if there is one; it must be of this very stimulus.
+fn finished_sequence(
+    folder: &Path,
+    stimulus: &Stimulus,
+) -> Result<Option<Sequence>, GenerateError> {
+    if !folder.join(manifest::FILE_NAME).exists() {
+        return Ok(None);
+    }
+    let sequence = Sequence::open(folder)?;
+    if sequence.manifest.stimulus != *stimulus {
+        let what = first_difference(&sequence.manifest.stimulus, stimulus);
+        return Err(GenerateError::Occupied { folder: folder.into(), what });
+    }
+    Ok(Some(sequence))
+}
+
+/// Makes `folder` one whose frames all come from `origin`: removes frames that an interrupted run
+/// left for another definition, version or device, and refuses to mix with a finished sequence.
+fn claim(folder: &Path, finished: Option<&Sequence>, origin: &Origin) -> Result<(), GenerateError> {
+    if let Some(Sequence { manifest, .. }) = finished
+        && (&manifest.program_version, &manifest.device)
+            != (&origin.program_version, &origin.device)
+    {
+        let what = format!(
+            "frames of version {} on {}, now it is {} on {}",
+            manifest.program_version,
+            manifest.device.adapter,
+            origin.program_version,
+            origin.device.adapter
+        );
+        return Err(GenerateError::Occupied { folder: folder.into(), what });
+    }
+    let file = folder.join(ORIGIN_FILE);
+    let left: Option<Origin> =
+        std::fs::read(&file).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+    if finished.is_none() && left.as_ref() != Some(origin) {
+        for entry in std::fs::read_dir(folder)? {
+            let path = entry?.path();
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            if name.starts_with("frame-") && name.ends_with(".png") {
+                std::fs::remove_file(&path)?;
+            }
+        }
+    }
+    write_atomically(&file, json(origin).as_bytes())?;
+    Ok(())
+}
+
+/// The first field in which two stimuli differ, with both values.
+fn first_difference(there: &Stimulus, now: &Stimulus) -> String {
+    let fields = |stimulus: &Stimulus| serde_json::to_value(stimulus).unwrap_or_default();
+    let (there, now) = (fields(there), fields(now));
+    let keys = there.as_object().into_iter().flat_map(|map| map.keys());
+    keys.filter(|key| there[*key] != now[*key])
+        .map(|key| format!("{key}: {}, now {}", there[key], now[key]))
+        .next()
+        .unwrap_or_default()
+}

@@ -1,0 +1,345 @@
+//! A grid of stimuli: axes × levels, one TOML file. Selection of cells, and their resolution.
+
+use crate::scene::{Material, Scene};
+use crate::stimulus::{Edge, ImageFormat, Method, Stimulus};
+use crate::viewing::Viewing;
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+use shutterlab_data_schema::definition::{self, DefinitionError, nearest};
+use std::path::Path;
+
+/// A grid of stimuli.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    /// Version of this format: 1.
+    pub schema: u32,
+    /// Name of the grid.
+    pub name: String,
+    /// One line that says what the grid is for.
+    pub title: String,
+    /// Name of a shipped scene.
+    pub scene: String,
+    /// How the stimuli are rendered.
+    pub method: Method,
+    /// What happens when the sphere leaves the view.
+    pub edge: Edge,
+    /// Seed of all noise.
+    pub seed: u64,
+    /// Size, length and encoding of the sequences.
+    pub image: ImageFormat,
+    /// How large they appear.
+    pub viewing: Viewing,
+    /// Materials that the levels of the axis `material` name.
+    pub materials: IndexMap<String, Material>,
+    /// The axes.
+    pub axes: Axes,
+}
+
+/// The levels of each axis, in the order of the file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Axes {
+    /// Axis `material`: names in the grid's table of materials.
+    pub material: IndexMap<String, String>,
+    /// Axis `speed`: degrees of visual angle per second.
+    pub speed_deg_per_s: IndexMap<String, f64>,
+    /// Axis `shutter`: open part of the frame time, 0 to 1.
+    pub shutter_open_fraction: IndexMap<String, f64>,
+    /// Axis `samples`: camera paths per pixel.
+    pub samples: IndexMap<String, u32>,
+}
+
+/// Names of the axes, in the order in which they make up a stimulus's id.
+const AXES: [&str; 4] = ["material", "speed", "shutter", "samples"];
+
+/// Grids that come with Shutterlab, by name.
+const SHIPPED: &[(&str, &str)] = &[
+    ("demo", include_str!("../grids/demo.toml")),
+    ("rolling-sphere-mono", include_str!("../grids/rolling-sphere-mono.toml")),
+];
+
+impl Grid {
+    /// Loads the shipped grid called `grid`, or the grid in the file of that name.
+    ///
+    /// # Errors
+    /// There is neither; or as [`Grid::parse`].
+    pub fn load(grid: &str) -> Result<Self, DefinitionError> {
+        if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == grid) {
+            return Self::parse(text, name);
+        }
+        let path = Path::new(grid);
+        if !path.exists() {
+            let known: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
+            let allowed =
+                format!("neither a file nor one of the shipped grids {}", known.join(", "));
+            return Err(DefinitionError::value("render", "GRID", grid, allowed));
+        }
+        let grid: Self = definition::read(path)?;
+        grid.check(&path.display().to_string())?;
+        Ok(grid)
+    }
+
+    /// Parses and checks a grid; `file` is what an error calls it.
+    ///
+    /// # Errors
+    /// As [`definition::parse`], or the first value that no stimulus can have, by field.
+    pub fn parse(text: &str, file: &str) -> Result<Self, DefinitionError> {
+        let grid: Self = definition::parse(text, file)?;
+        grid.check(file)?;
+        Ok(grid)
+    }
+
+    /// Refuses values that no stimulus can have; `file` is what an error calls the grid.
+    ///
+    /// # Errors
+    /// The first field that does not fit, by name.
+    pub fn check(&self, file: &str) -> Result<(), DefinitionError> {
+        definition::check_schema(self.schema, file)?;
+        let refuse = |field: &str, value: &dyn ToString, allowed: &str| {
+            Err(DefinitionError::value(file, field, value.to_string(), allowed))
+        };
+        let ImageFormat { width_px, height_px, fps, frames, exposure_stops, .. } = self.image;
+        for (field, size) in [("image.width_px", width_px), ("image.height_px", height_px)] {
+            if !(1..=16384).contains(&size) {
+                return refuse(field, &size, "1 to 16384 pixels are allowed");
+            }
+        }
+        if !(1.0..=1000.0).contains(&fps) {
+            return refuse("image.fps", &fps, "1 to 1000 frames per second are allowed");
+        }
+        if !(1..=9999).contains(&frames) {
+            return refuse("image.frames", &frames, "1 to 9999 frames are allowed");
+        }
+        if !(-30.0..=30.0).contains(&exposure_stops) {
+            return refuse("image.exposure_stops", &exposure_stops, "-30 to 30 stops are allowed");
+        }
+        if let crate::frames::Transfer::Gamma(gamma) = self.image.transfer
+            && !(0.1..=10.0).contains(&gamma)
+        {
+            return refuse("image.transfer.gamma", &gamma, "0.1 to 10 is allowed");
+        }
+        if !(0.01..=180.0).contains(&self.viewing.image_width_deg) {
+            return refuse(
+                "viewing.image_width_deg",
+                &self.viewing.image_width_deg,
+                "0.01 to 180 degrees are allowed",
+            );
+        }
+        for (name, material) in &self.materials {
+            check_material(&format!("materials.{name}"), material, file)?;
+        }
+        self.check_axes(file)
+    }
+
+    fn check_axes(&self, file: &str) -> Result<(), DefinitionError> {
+        let refuse = |field: String, value: String, allowed: &str| {
+            Err(DefinitionError::value(file, field, value, allowed))
+        };
+        for (axis, levels) in self.levels() {
+            if levels.is_empty() {
+                return refuse(
+                    format!("axes.{axis}"),
+                    "no levels".into(),
+                    "at least one level is needed",
+                );
+            }
+            for (level, _) in levels {
+                if level.is_empty() || !level.bytes().all(|b| b.is_ascii_alphanumeric()) {
+                    return refuse(
+                        format!("axes.{axis}"),
+                        format!("{level:?}"),
+                        "letters and digits are allowed in a level's name",
+                    );
+                }
+            }
+        }
+        for (level, name) in &self.axes.material {
+            if !self.materials.contains_key(name) {
+                let known: Vec<&str> = self.materials.keys().map(String::as_str).collect();
+                return refuse(
+                    format!("axes.material.{level}"),
+                    name.clone(),
+                    &format!("the grid's materials are {}", known.join(", ")),
+                );
+            }
+        }
+        for (level, speed) in &self.axes.speed_deg_per_s {
+            if !(0.0..=1000.0).contains(speed) {
+                return refuse(
+                    format!("axes.speed_deg_per_s.{level}"),
+                    speed.to_string(),
+                    "0 to 1000 degrees per second are allowed",
+                );
+            }
+        }
+        for (level, open) in &self.axes.shutter_open_fraction {
+            if !(0.0..=1.0).contains(open) {
+                return refuse(
+                    format!("axes.shutter_open_fraction.{level}"),
+                    open.to_string(),
+                    "0 to 1 of the frame time is allowed",
+                );
+            }
+        }
+        for (level, samples) in &self.axes.samples {
+            if !(1..=1 << 20).contains(samples) {
+                return refuse(
+                    format!("axes.samples.{level}"),
+                    samples.to_string(),
+                    "1 to 1048576 samples are allowed",
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// Axis by axis, the name of each level and what it stands for.
+    fn levels(&self) -> [(&'static str, Vec<(&str, String)>); 4] {
+        fn texts<T: ToString>(levels: &IndexMap<String, T>) -> Vec<(&str, String)> {
+            levels.iter().map(|(name, value)| (name.as_str(), value.to_string())).collect()
+        }
+        let Axes { material, speed_deg_per_s, shutter_open_fraction, samples } = &self.axes;
+        [
+            (AXES[0], texts(material)),
+            (AXES[1], texts(speed_deg_per_s)),
+            (AXES[2], texts(shutter_open_fraction)),
+            (AXES[3], texts(samples)),
+        ]
+    }
+
+    /// The stimuli of all cells that `selection` takes, in the order of the axes.
+    ///
+    /// # Errors
+    /// The scene is unknown.
+    pub fn stimuli(&self, selection: &Selection) -> Result<Vec<Stimulus>, DefinitionError> {
+        let scene = Scene::shipped(&self.scene)?;
+        let pixels_per_degree = self.viewing.pixels_per_degree(self.image.width_px);
+        let metres_per_degree =
+            pixels_per_degree / scene.camera.pixels_per_metre(self.image.width_px);
+        let mut stimuli = Vec::new();
+        for (material, material_name) in &self.axes.material {
+            for (speed, &speed_deg_per_s) in &self.axes.speed_deg_per_s {
+                for (shutter, &shutter_open_fraction) in &self.axes.shutter_open_fraction {
+                    for (samples_level, &samples) in &self.axes.samples {
+                        let names = [material, speed, shutter, samples_level];
+                        if !selection.takes(names.map(String::as_str)) {
+                            continue;
+                        }
+                        stimuli.push(Stimulus {
+                            id: names.map(String::as_str).join("-"),
+                            levels: AXES
+                                .iter()
+                                .map(|axis| axis.to_string())
+                                .zip(names.map(String::clone))
+                                .collect(),
+                            method: self.method,
+                            material: self.materials[material_name].clone(),
+                            speed_deg_per_s,
+                            speed_m_per_s: speed_deg_per_s * metres_per_degree,
+                            shutter_open_fraction,
+                            samples,
+                            seed: self.seed,
+                            noise_stream: [material, speed, shutter].map(String::as_str).join("-"),
+                            exemplar: 0,
+                            image: self.image.clone(),
+                            pixels_per_degree,
+                            edge: self.edge,
+                            scene: scene.clone(),
+                        });
+                    }
+                }
+            }
+        }
+        Ok(stimuli)
+    }
+}
+
+fn check_material(field: &str, material: &Material, file: &str) -> Result<(), DefinitionError> {
+    let refuse = |key: &str, value: String, allowed: &str| {
+        Err(DefinitionError::value(file, format!("{field}.{key}"), value, allowed))
+    };
+    let reflectances = match material {
+        Material::Constant { albedo } => albedo.to_vec(),
+        Material::Checker { light, dark, .. } | Material::Noise { light, dark, .. } => {
+            vec![*light, *dark]
+        }
+    };
+    if let Some(value) = reflectances.iter().find(|value| !(0.0..=1.0).contains(*value)) {
+        return refuse("albedo", value.to_string(), "a reflectance is 0 to 1");
+    }
+    match *material {
+        Material::Checker { cells, .. } if cells == 0 || cells % 2 == 1 || cells > 4096 => {
+            refuse("cells", cells.to_string(), "an even number from 2 to 4096 closes the pattern")
+        }
+        Material::Noise { octaves, .. } if !(1..=8).contains(&octaves) => {
+            refuse("octaves", octaves.to_string(), "1 to 8 are allowed")
+        }
+        Material::Noise { frequency, .. } if !(0.01..=1e4).contains(&frequency) => {
+            refuse("frequency", frequency.to_string(), "0.01 to 10000 is allowed")
+        }
+        Material::Noise { contrast, .. } if !(0.0..=1e3).contains(&contrast) => {
+            refuse("contrast", contrast.to_string(), "0 to 1000 is allowed")
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Which cells of a grid are meant: any of its alternatives; each alternative lists, per axis, the
+/// levels it takes (an axis it does not name is free).
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Selection {
+    alternatives: Vec<[Vec<String>; 4]>,
+}
+
+impl Selection {
+    /// Parses selections like `material=checker,speed=S2,shutter=T4,shutter=T5`: different axes
+    /// must all agree, levels of one axis are alternatives. Several texts are alternatives; none
+    /// takes every cell. A level is given by its name or by what it stands for.
+    ///
+    /// # Errors
+    /// An axis or level that `grid` does not have; the nearest known one is named.
+    pub fn parse<S: AsRef<str>>(texts: &[S], grid: &Grid) -> Result<Self, DefinitionError> {
+        let mut alternatives = Vec::new();
+        for text in texts {
+            let mut axes: [Vec<String>; 4] = Default::default();
+            for part in text.as_ref().split(',') {
+                let refuse = |value: &str, allowed: String| {
+                    DefinitionError::value("render", "--select", value, allowed)
+                };
+                let Some((axis, level)) = part.split_once('=') else {
+                    return Err(refuse(part, "AXIS=LEVEL is needed".into()));
+                };
+                let (axis, level) = (axis.trim(), level.trim());
+                let Some(index) = AXES.iter().position(|known| *known == axis) else {
+                    return Err(refuse(axis, unknown("axes", axis, &AXES)));
+                };
+                let levels = &grid.levels()[index].1;
+                let Some((name, _)) =
+                    levels.iter().find(|(name, value)| *name == level || value == level)
+                else {
+                    let names: Vec<&str> = levels.iter().map(|(name, _)| *name).collect();
+                    return Err(refuse(part, unknown(&format!("levels of {axis}"), level, &names)));
+                };
+                axes[index].push(name.to_string());
+            }
+            alternatives.push(axes);
+        }
+        Ok(Self { alternatives })
+    }
+
+    fn takes(&self, cell: [&str; 4]) -> bool {
+        let takes = |axes: &[Vec<String>; 4]| {
+            axes.iter()
+                .zip(cell)
+                .all(|(levels, name)| levels.is_empty() || levels.iter().any(|level| level == name))
+        };
+        self.alternatives.is_empty() || self.alternatives.iter().any(takes)
+    }
+}
+
+fn unknown(what: &str, name: &str, known: &[&str]) -> String {
+    let hint = nearest(name, known.iter().copied())
+        .map_or(String::new(), |near| format!("; did you mean {near}?"));
+    format!("the {what} are {}{hint}", known.join(", "))
+}

@@ -1,0 +1,154 @@
+//! Scene descriptions: camera, sphere, floor, environment and materials, as data.
+
+use serde::{Deserialize, Serialize};
+use shutterlab_data_schema::definition::{self, DefinitionError};
+
+/// A sphere that rolls over a floor under an environment, seen by a pinhole camera.
+/// Metres, right-handed, y up.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Version of this format: 1.
+    pub schema: u32,
+    /// Name of the scene.
+    pub name: String,
+    /// The camera.
+    pub camera: Camera,
+    /// The sphere, which moves along x over the floor at z = 0.
+    pub sphere: Sphere,
+    /// The floor at y = 0.
+    pub floor: Floor,
+    /// The light.
+    pub environment: Environment,
+}
+
+/// A pinhole camera.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Camera {
+    /// Where the pinhole is.
+    pub position_m: [f64; 3],
+    /// The point in the centre of the image.
+    pub look_at_m: [f64; 3],
+    /// Focal length of the lens.
+    pub focal_length_mm: f64,
+    /// Width of the sensor, which the image's width fills.
+    pub sensor_width_mm: f64,
+}
+
+/// The moving object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sphere {
+    /// Its radius.
+    pub radius_m: f64,
+}
+
+/// A square Lambertian floor at y = 0, centred on the origin.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Floor {
+    /// Diffuse reflectance.
+    pub albedo: f64,
+    /// Length of a side.
+    pub side_m: f64,
+}
+
+/// The light around the scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Environment {
+    /// An environment that the renderer makes itself.
+    BuiltIn(BuiltIn),
+    /// The same radiance (linear Rec. 709) from everywhere: a white furnace.
+    Uniform([f64; 3]),
+}
+
+/// Environments that the renderer makes itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BuiltIn {
+    /// A clear sky with a soft sun.
+    ClearSky,
+    /// The sun of the clear sky without its aureole and without the sky.
+    SunOnly,
+}
+
+/// A Lambertian surface pattern of the sphere, over its object-space unit vector n, with
+/// u = frac(atan2(−n_z, n_x)/2π) and v = acos(n_y)/π.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind", deny_unknown_fields)]
+pub enum Material {
+    /// One albedo everywhere.
+    Constant {
+        /// Diffuse reflectance (linear Rec. 709).
+        albedo: [f64; 3],
+    },
+    /// `light` where ⌊Cu⌋ + ⌊(C/2)v⌋ is even, else `dark`.
+    Checker {
+        /// C, the number of cells around the equator: even, so that the pattern closes.
+        cells: u32,
+        /// Reflectance of the light cells.
+        light: f64,
+        /// Reflectance of the dark cells.
+        dark: f64,
+    },
+    /// `dark` + (`light` − `dark`)·m, with m octaves of value noise on n, normalised, stretched by
+    /// `contrast` about ½ and clamped to [0, 1].
+    Noise {
+        /// Reflectance where m = 1.
+        light: f64,
+        /// Reflectance where m = 0.
+        dark: f64,
+        /// Lattice cells per unit of the first octave; each further octave doubles it and halves
+        /// its amplitude.
+        frequency: f64,
+        /// Number of octaves, 1 to 8.
+        octaves: u32,
+        /// Stretch about ½.
+        contrast: f64,
+    },
+}
+
+/// Scenes that come with Shutterlab, by name.
+const SHIPPED: &[(&str, &str)] =
+    &[("rolling-sphere", include_str!("../scenes/rolling-sphere.toml"))];
+
+impl Scene {
+    /// Parses and checks the shipped scene called `name`.
+    ///
+    /// # Errors
+    /// There is no such scene; the known ones are listed.
+    pub fn shipped(name: &str) -> Result<Self, DefinitionError> {
+        let Some((_, text)) = SHIPPED.iter().find(|(known, _)| *known == name) else {
+            let known: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
+            return Err(DefinitionError::value(
+                "grid",
+                "scene",
+                name,
+                format!("shipped scenes are {}", known.join(", ")),
+            ));
+        };
+        let scene: Self = definition::parse(text, name)?;
+        definition::check_schema(scene.schema, name)?;
+        Ok(scene)
+    }
+}
+
+impl Camera {
+    /// Distance from the pinhole to the point it looks at, in metres.
+    pub fn focus_distance_m(&self) -> f64 {
+        let squares = (0..3).map(|i| (self.position_m[i] - self.look_at_m[i]).powi(2));
+        squares.sum::<f64>().sqrt()
+    }
+
+    /// Focal length in pixels of an image `width_px` wide.
+    pub fn focal_length_px(&self, width_px: u32) -> f64 {
+        self.focal_length_mm / self.sensor_width_mm * f64::from(width_px)
+    }
+
+    /// Pixels per metre, across the view, at the distance of the point it looks at.
+    pub fn pixels_per_metre(&self, width_px: u32) -> f64 {
+        self.focal_length_px(width_px) / self.focus_distance_m()
+    }
+}
