@@ -1,1 +1,14 @@
-//! stub
+//! The renderer core of Shutterlab: every method that turns a moving scene seen through an open
+//! shutter into an image.
+//!
+//! Rooms, from left to right; each imports only from rooms to its left:
+//! [`gpu`], [`sampling`] < [`scene`] < [`shading`], [`film`] < [`pipelines`] < [`render`] < `cli`.
+
+pub mod film;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+pub mod pipelines;
+pub mod render;
+pub mod sampling;
+pub mod scene;
+pub mod shading;

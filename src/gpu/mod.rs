@@ -1,0 +1,5 @@
+//! The graphics device: choosing an adapter, building compute shaders, reading buffers back.
+
+pub mod buffers;
+pub mod device;
+pub mod shader;

@@ -1,0 +1,170 @@
+//! The CPU twin: scalar, one path after the other, rows in parallel. It is the specification that
+//! `trace.wgsl` is held to, and the fallback where there is no GPU.
+
+use super::{FrameParams, MAX_HITS};
+use crate::film::Film;
+use crate::pipelines::Pipeline;
+use crate::sampling::random::{StreamKey, unit};
+use crate::sampling::warp::cosine_hemisphere;
+use crate::scene::environment::{Environment, luminance};
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+use shutterlab_stimuli::generate::RenderError;
+use shutterlab_stimuli::{Stimulus, scene};
+use std::f32::consts::FRAC_1_PI;
+
+/// The pipeline on the processor.
+#[derive(Debug, Default)]
+pub struct OnCpu {
+    environment: Option<(scene::Environment, Environment)>,
+}
+
+impl Pipeline for OnCpu {
+    fn film(&mut self, stimulus: &Stimulus, frame: u32) -> Result<Film, RenderError> {
+        let description = &stimulus.scene.environment;
+        let kept = self.environment.take().filter(|(kept, _)| kept == description);
+        let (_, environment) = self
+            .environment
+            .insert(kept.unwrap_or_else(|| (description.clone(), Environment::new(description))));
+        Ok(trace(&FrameParams::new(stimulus, frame), environment))
+    }
+}
+
+/// Draws samples `first_sample..first_sample + sample_count` of every pixel.
+pub fn trace(frame: &FrameParams, environment: &Environment) -> Film {
+    let mut sums = vec![Vec4::ZERO; (frame.width * frame.height) as usize];
+    sums.par_chunks_mut(frame.width as usize).enumerate().for_each(|(y, row)| {
+        for (x, sum) in row.iter_mut().enumerate() {
+            for sample in frame.first_sample..frame.first_sample + frame.sample_count {
+                let radiance = path_radiance(frame, environment, x as u32, y as u32, sample);
+                *sum += radiance.extend(luminance(radiance).powi(2));
+            }
+        }
+    });
+    Film { width: frame.width, height: frame.height, samples: frame.sample_count, sums }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Surface {
+    Floor,
+    Sphere,
+}
+
+/// Radiance along one path through pixel (x, y).
+fn path_radiance(
+    frame: &FrameParams,
+    environment: &Environment,
+    x: u32,
+    y: u32,
+    sample: u32,
+) -> Vec3 {
+    let pixel = y * frame.width + x;
+    let words = |block: u32| StreamKey(frame.key).words(pixel, sample, block);
+
+    let start = words(0);
+    let [in_x, in_y, instant, _] = start.map(unit);
+    let (sphere_x, angle) = frame.rolling().at(instant - 0.5, frame.sphere_radius);
+    let center = Vec3::new(sphere_x, frame.sphere_radius, 0.0);
+
+    let right = (x as f32 + in_x - 0.5 * frame.width as f32) / frame.focal_length_px;
+    let down = (y as f32 + in_y - 0.5 * frame.height as f32) / frame.focal_length_px;
+    let mut origin = frame.camera_position;
+    let mut direction =
+        (frame.camera_forward + frame.camera_right * right - frame.camera_up * down).normalize();
+
+    let mut radiance = Vec3::ZERO;
+    let mut throughput = Vec3::ONE;
+    // Density of the direction by the cosine law; the camera's own ray has none.
+    let mut cosine_density = None;
+    let mut met = intersect(frame, center, origin, direction, None);
+    for hit in 0..MAX_HITS {
+        let Some((surface, distance)) = met else { break };
+        origin += direction * distance;
+        let (normal, albedo) = match surface {
+            Surface::Floor => {
+                origin.y = 0.0;
+                (Vec3::Y, Vec3::splat(frame.floor_albedo))
+            }
+            Surface::Sphere => {
+                let normal = (origin - center) / frame.sphere_radius;
+                (normal, frame.material.albedo(rotate_about_z(normal, angle)))
+            }
+        };
+        throughput *= albedo;
+
+        let light = environment.sample(words(1 + 2 * hit));
+        let cosine = normal.dot(light.direction);
+        if cosine > 0.0
+            && intersect(frame, center, origin, light.direction, Some(surface)).is_none()
+        {
+            let density = light.density + cosine * FRAC_1_PI;
+            radiance += throughput * light.radiance * (cosine * FRAC_1_PI / density);
+        }
+
+        let [a, b, ..] = words(2 + 2 * hit);
+        direction = cosine_hemisphere(normal, [unit(a), unit(b)]);
+        cosine_density = Some(normal.dot(direction).max(0.0) * FRAC_1_PI);
+        met = intersect(frame, center, origin, direction, Some(surface));
+    }
+    if met.is_some() {
+        return radiance;
+    }
+    match cosine_density {
+        None => {
+            let tent = [start[3] >> 16, start[3] & 0xffff].map(|half| half as f32 / 65536.0 - 0.5);
+            environment.evaluate(direction, tent).0
+        }
+        Some(cosine_density) => {
+            let (light, light_density) = environment.evaluate(direction, [0.0; 2]);
+            radiance + throughput * light * (cosine_density / (cosine_density + light_density))
+        }
+    }
+}
+
+/// The nearest surface that a ray from surface `from` meets, and how far away. A ray from the floor
+/// can only meet the sphere, and one from the sphere only the floor.
+fn intersect(
+    frame: &FrameParams,
+    center: Vec3,
+    origin: Vec3,
+    direction: Vec3,
+    from: Option<Surface>,
+) -> Option<(Surface, f32)> {
+    if from != Some(Surface::Sphere)
+        && let Some(distance) = sphere_distance(center, frame.sphere_radius, origin, direction)
+    {
+        return Some((Surface::Sphere, distance));
+    }
+    if from != Some(Surface::Floor)
+        && let Some(distance) = floor_distance(frame.floor_half_side, origin, direction)
+    {
+        return Some((Surface::Floor, distance));
+    }
+    None
+}
+
+/// Distance to the near side of a sphere from a point outside it. The discriminant is taken from the
+/// vector between the ray and the centre, which keeps its precision far away (Haines et al. 2019).
+fn sphere_distance(center: Vec3, radius: f32, origin: Vec3, direction: Vec3) -> Option<f32> {
+    let to_center = center - origin;
+    let along = to_center.dot(direction);
+    let across = to_center - direction * along;
+    let discriminant = radius * radius - across.length_squared();
+    (along > 0.0 && discriminant > 0.0).then(|| along - discriminant.sqrt())
+}
+
+/// Distance to the floor y = 0 from a point above it.
+fn floor_distance(half_side: f32, origin: Vec3, direction: Vec3) -> Option<f32> {
+    if direction.y >= 0.0 {
+        return None;
+    }
+    let distance = -origin.y / direction.y;
+    let at = origin + direction * distance;
+    (at.x.abs() <= half_side && at.z.abs() <= half_side).then_some(distance)
+}
+
+/// Turns a world-space vector of a sphere that has rolled by `angle` about −z into object space.
+fn rotate_about_z(v: Vec3, angle: f32) -> Vec3 {
+    let (sin, cos) = angle.sin_cos();
+    Vec3::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z)
+}

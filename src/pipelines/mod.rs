@@ -1,0 +1,92 @@
+//! One folder per rendering method: host code, shaders, the CPU twin and tests together.
+//! Pipelines never import one another. Here is what they have in common: the device they run on.
+
+pub mod distribution_ray_tracing;
+
+use crate::film::Film;
+#[cfg(feature = "gpu")]
+use crate::gpu::device::Gpu;
+use distribution_ray_tracing::reference;
+use shutterlab_stimuli::generate::RenderError;
+use shutterlab_stimuli::stimulus::Method;
+use shutterlab_stimuli::{Device, Stimulus};
+
+/// A rendering method on an open device.
+pub trait Pipeline {
+    /// Gathers all samples of frame number `frame` of `stimulus`.
+    ///
+    /// # Errors
+    /// The device fails or cannot hold the image or the light map.
+    fn film(&mut self, stimulus: &Stimulus, frame: u32) -> Result<Film, RenderError>;
+}
+
+/// Which device to open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DeviceChoice {
+    /// A graphics adapter, be it in software; an error if there is none.
+    Gpu,
+    /// The processor, with the CPU twins.
+    Cpu,
+    /// A graphics adapter if there is one, else the processor.
+    Auto,
+}
+
+/// An open device.
+#[derive(Clone, Debug)]
+pub enum OpenDevice {
+    /// The processor.
+    Cpu,
+    /// A graphics adapter.
+    #[cfg(feature = "gpu")]
+    Gpu(std::rc::Rc<Gpu>),
+}
+
+impl OpenDevice {
+    /// Opens the device chosen.
+    ///
+    /// # Errors
+    /// A graphics adapter was asked for and there is none, or this build cannot use one.
+    pub fn open(choice: DeviceChoice) -> Result<Self, RenderError> {
+        match choice {
+            DeviceChoice::Cpu => Ok(Self::Cpu),
+            DeviceChoice::Gpu => Self::open_gpu(),
+            DeviceChoice::Auto => Ok(Self::open_gpu().unwrap_or(Self::Cpu)),
+        }
+    }
+
+    #[cfg(feature = "gpu")]
+    fn open_gpu() -> Result<Self, RenderError> {
+        Ok(Self::Gpu(std::rc::Rc::new(Gpu::open()?)))
+    }
+
+    #[cfg(not(feature = "gpu"))]
+    fn open_gpu() -> Result<Self, RenderError> {
+        Err("device: gpu: this build has no graphics (feature `gpu`); choose cpu".into())
+    }
+
+    /// What it is, for manifests and reports.
+    pub fn describe(&self) -> Device {
+        match self {
+            Self::Cpu => Device {
+                kind: "cpu".into(),
+                adapter: std::env::consts::ARCH.into(),
+                driver: String::new(),
+            },
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => {
+                Device { kind: "gpu".into(), adapter: gpu.info.name.clone(), driver: gpu.driver() }
+            }
+        }
+    }
+
+    /// The pipeline of `method` on this device.
+    pub fn pipeline(&self, method: Method) -> Box<dyn Pipeline> {
+        match (method, self) {
+            (Method::DistributionRayTracing, Self::Cpu) => Box::new(reference::OnCpu::default()),
+            #[cfg(feature = "gpu")]
+            (Method::DistributionRayTracing, Self::Gpu(gpu)) => {
+                Box::new(distribution_ray_tracing::compute::OnGpu::new(gpu.clone()))
+            }
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! Warps of uniform numbers into directions.
+
+use glam::Vec3;
+use std::f32::consts::FRAC_PI_2;
+
+/// (sin 2πu, cos 2πu) for u ∈ [0, 1], to 2·10⁻⁷: Taylor polynomials on the eighth of a turn about
+/// the nearest quarter. Both devices compute it alike, and faster than their own functions.
+pub fn sin_cos_turns(u: f32) -> (f32, f32) {
+    let quarter = (4.0 * u + 0.5).floor();
+    let a = (4.0 * u - quarter) * FRAC_PI_2;
+    let a2 = a * a;
+    let sin = a * (1.0 + a2 * (-1.0 / 6.0 + a2 * (1.0 / 120.0 + a2 * (-1.0 / 5040.0))));
+    let cos = 1.0 + a2 * (-0.5 + a2 * (1.0 / 24.0 + a2 * (-1.0 / 720.0 + a2 * (1.0 / 40320.0))));
+    match quarter as u32 & 3 {
+        0 => (sin, cos),
+        1 => (cos, -sin),
+        2 => (-sin, -cos),
+        _ => (-cos, sin),
+    }
+}
+
+/// A direction about the unit normal `n` with density cos θ / π per steradian: `n` plus a uniform
+/// point of the unit sphere, normalised (Lambert's cosine law by projection; no tangent frame).
+pub fn cosine_hemisphere(n: Vec3, u: [f32; 2]) -> Vec3 {
+    let z = 1.0 - 2.0 * u[0];
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let (sin, cos) = sin_cos_turns(u[1]);
+    let sum = n + Vec3::new(r * cos, r * sin, z);
+    // Opposite to the normal the sum vanishes: then any direction of the plane's rim will do, and
+    // the normal, of measure zero too, is the one that cannot fail.
+    let length_squared = sum.length_squared();
+    if length_squared < 1e-12 { n } else { sum * (1.0 / length_squared.sqrt()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::random::{StreamKey, unit};
+    use std::f32::consts::TAU;
+
+    #[test]
+    fn the_polynomials_are_sine_and_cosine() {
+        for i in 0..=100_000 {
+            let u = i as f32 / 100_000.0;
+            let (sin, cos) = sin_cos_turns(u);
+            let (true_sin, true_cos) = (f64::from(u) * std::f64::consts::TAU).sin_cos();
+            let error = (f64::from(sin) - true_sin).abs().max((f64::from(cos) - true_cos).abs());
+            assert!(error < 4e-7, "{u}: {error}");
+        }
+    }
+
+    /// χ² of the sampler against its density: bins of equal probability in cos² θ (uniform under the
+    /// cosine law) and azimuth. 64 bins, 63 degrees of freedom: above 117 comes once in 30 000.
+    #[test]
+    fn the_cosine_law_holds() {
+        let key = StreamKey::new(1, "warp", 0, 0, 0);
+        for n in [Vec3::Y, Vec3::NEG_Z, Vec3::new(0.6, 0.48, -0.64)] {
+            let tangent = n.any_orthonormal_vector();
+            let bitangent = n.cross(tangent);
+            let mut bins = [0_u32; 64];
+            const DRAWS: u32 = 64_000;
+            for i in 0..DRAWS {
+                let [a, b, ..] = key.words(i, 0, 0);
+                let d = cosine_hemisphere(n, [unit(a), unit(b)]);
+                assert!((d.length() - 1.0).abs() < 1e-5 && d.dot(n) >= 0.0);
+                let ring = (8.0 * d.dot(n) * d.dot(n)).min(7.0) as usize;
+                let turn = d.dot(bitangent).atan2(d.dot(tangent)) / TAU + 0.5;
+                bins[8 * ring + (8.0 * turn).min(7.0) as usize] += 1;
+            }
+            let expected = f64::from(DRAWS) / 64.0;
+            let chi_squared: f64 =
+                bins.iter().map(|&n| (f64::from(n) - expected).powi(2) / expected).sum();
+            assert!(chi_squared < 117.0, "{n}: {chi_squared}");
+        }
+    }
+}

@@ -1,0 +1,30 @@
+// Warps of uniform numbers into directions: twin of warp.rs.
+
+const TAU: f32 = 6.2831853;
+const PI: f32 = 3.14159265;
+const LUMINANCE = vec3f(0.2126, 0.7152, 0.0722);
+
+// (sin 2πu, cos 2πu) for u ∈ [0, 1].
+fn sin_cos_turns(u: f32) -> vec2f {
+    let quarter = floor(4.0 * u + 0.5);
+    let a = (4.0 * u - quarter) * (0.5 * PI);
+    let a2 = a * a;
+    let s = a * (1.0 + a2 * (-1.0 / 6.0 + a2 * (1.0 / 120.0 + a2 * (-1.0 / 5040.0))));
+    let c = 1.0 + a2 * (-0.5 + a2 * (1.0 / 24.0 + a2 * (-1.0 / 720.0 + a2 * (1.0 / 40320.0))));
+    let q = u32(quarter);
+    let turned = select(vec2f(s, c), vec2f(c, -s), (q & 1u) == 1u);
+    return select(turned, -turned, (q & 2u) == 2u);
+}
+
+// A direction about the unit normal n with density cos θ / π per steradian.
+fn cosine_hemisphere(n: vec3f, u: vec2f) -> vec3f {
+    let z = 1.0 - 2.0 * u.x;
+    let r = sqrt(max(1.0 - z * z, 0.0));
+    let turn = sin_cos_turns(u.y);
+    let sum = n + vec3f(r * turn.y, r * turn.x, z);
+    let length_squared = dot(sum, sum);
+    if length_squared < 1e-12 {
+        return n;
+    }
+    return sum * (1.0 / sqrt(length_squared));
+}

@@ -1,0 +1,77 @@
+// Albedo patterns of the sphere over its object-space unit vector: twin of material.rs.
+
+struct Material {
+    light: vec3f,
+    kind: u32,
+    dark: vec3f,
+    frequency: f32,
+    octaves: u32,
+    contrast: f32,
+}
+
+// The kind is fixed when the pipeline is built, so that only its own branch is left.
+override MATERIAL_KIND: u32;
+const CHECKER: u32 = 1u;
+const NOISE: u32 = 2u;
+
+fn material_albedo(material: Material, n: vec3f) -> vec3f {
+    if MATERIAL_KIND == CHECKER {
+        let u = fract(atan2(-n.z, n.x) / TAU);
+        let v = acos(clamp(n.y, -1.0, 1.0)) / PI;
+        let cell = floor(material.frequency * u) + floor(0.5 * material.frequency * v);
+        return select(material.dark, material.light, 0.5 * cell == floor(0.5 * cell));
+    }
+    if MATERIAL_KIND == NOISE {
+        let stretched = 0.5 + material.contrast * (fractal_noise(material, n) - 0.5);
+        return material.dark + (material.light - material.dark) * clamp(stretched, 0.0, 1.0);
+    }
+    return material.light;
+}
+
+// Octaves of value noise, normalised to [0, 1].
+fn fractal_noise(material: Material, n: vec3f) -> f32 {
+    var sum = 0.0;
+    var total = 0.0;
+    var amplitude = 1.0;
+    var frequency = material.frequency;
+    for (var octave = 0u; octave < material.octaves; octave++) {
+        sum += amplitude * value_noise(n * frequency, octave);
+        total += amplitude;
+        amplitude *= 0.5;
+        frequency *= 2.0;
+    }
+    return sum / total;
+}
+
+// Random values at the points of the integer lattice, joined by smoothsteps.
+fn value_noise(p: vec3f, octave: u32) -> f32 {
+    let base = floor(p);
+    let f = p - base;
+    let w = f * f * (3.0 - 2.0 * f);
+    let lattice = bitcast<vec3u>(vec3i(base));
+    let along_x = mix(
+        vec4f(
+            lattice_value(lattice, octave),
+            lattice_value(lattice + vec3u(0u, 1u, 0u), octave),
+            lattice_value(lattice + vec3u(0u, 0u, 1u), octave),
+            lattice_value(lattice + vec3u(0u, 1u, 1u), octave),
+        ),
+        vec4f(
+            lattice_value(lattice + vec3u(1u, 0u, 0u), octave),
+            lattice_value(lattice + vec3u(1u, 1u, 0u), octave),
+            lattice_value(lattice + vec3u(1u, 0u, 1u), octave),
+            lattice_value(lattice + vec3u(1u, 1u, 1u), octave),
+        ),
+        w.x,
+    );
+    let along_y = mix(along_x.xz, along_x.yw, w.y);
+    return mix(along_y.x, along_y.y, w.z);
+}
+
+fn lattice_value(lattice: vec3u, octave: u32) -> f32 {
+    let scaled = lattice * vec3u(73856093u, 19349663u, 83492791u);
+    var h = scaled.x ^ scaled.y ^ scaled.z ^ (octave * 0x9e3779b9u);
+    h = (h ^ (h >> 16u)) * 0x7feb352du;
+    h = (h ^ (h >> 15u)) * 0x846ca68bu;
+    return unit(h ^ (h >> 16u));
+}
