@@ -1,9 +1,11 @@
 //! The renderer core of Shutterlab: every method that turns a moving scene seen through an open
-//! shutter into an image.
+//! shutter into an image; and the command line over all of Shutterlab's packages.
 //!
-//! Rooms, from left to right; each imports only from rooms to its left:
-//! [`gpu`], [`sampling`] < [`scene`] < [`shading`], [`film`] < [`pipelines`] < [`render`] < `cli`.
+//! Rooms, from left to right; each imports only from rooms to its left: `gpu`, [`sampling`] <
+//! [`scene`] < [`shading`], [`film`] < [`pipelines`] < [`render`] < `cli`.
 
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod film;
 #[cfg(feature = "gpu")]
 pub mod gpu;

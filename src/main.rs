@@ -1,2 +1,7 @@
-//! stub
-fn main() {}
+//! The command `shutterlab`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    shutterlab::cli::main()
+}

@@ -22,13 +22,21 @@ pub fn write_atomically_with(
 ) -> io::Result<()> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     (|| {
-        let mut file =
-            tempfile::Builder::new().prefix(".").suffix(".partial").tempfile_in(folder)?;
+        let mut file = builder().tempfile_in(folder)?;
         write(file.as_file_mut())?;
         file.as_file().sync_all()?;
         file.persist(path).map(|_| ()).map_err(|error| error.error)
     })()
     .map_err(|error| named(path, &error))
+}
+
+/// Temporary files that others may read like any file of this user.
+fn builder() -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".").suffix(".partial");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder
 }
 
 /// Creates `folder` and its parents.

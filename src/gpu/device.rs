@@ -41,12 +41,9 @@ impl Gpu {
     /// # Errors
     /// There is no adapter, or it cannot be opened.
     pub fn open() -> Result<Self, GpuError> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-        let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions {
-            power_preference: wgpu::PowerPreference::HighPerformance,
-            ..Default::default()
-        }))
-        .map_err(GpuError::NoAdapter)?;
+        let adapter = request_adapter(wgpu::Backends::PRIMARY)
+            .or_else(|_| request_adapter(wgpu::Backends::SECONDARY))
+            .map_err(GpuError::NoAdapter)?;
         let info = adapter.get_info();
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("shutterlab"),
@@ -96,4 +93,18 @@ impl Gpu {
             .trim()
             .to_string()
     }
+}
+
+/// Looking for OpenGL makes some systems complain on stderr, so it is not looked for where Vulkan,
+/// Metal or Direct3D 12 will do.
+fn request_adapter(backends: wgpu::Backends) -> Result<wgpu::Adapter, wgpu::RequestAdapterError> {
+    let descriptor = wgpu::InstanceDescriptor {
+        backends,
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    };
+    let options = wgpu::RequestAdapterOptions {
+        power_preference: wgpu::PowerPreference::HighPerformance,
+        ..Default::default()
+    };
+    pollster::block_on(wgpu::Instance::new(descriptor).request_adapter(&options))
 }

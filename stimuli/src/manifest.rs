@@ -45,7 +45,7 @@ pub struct Frame {
 }
 
 /// What rendered a sequence.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Device {
     /// `gpu` or `cpu`.

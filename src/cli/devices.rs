@@ -1,0 +1,40 @@
+//! `shutterlab devices`: what this machine and this build offer.
+
+use crate::pipelines::{DeviceChoice, OpenDevice};
+
+/// Show what can render on this machine.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Print it as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(args: &Args) -> anyhow::Result<()> {
+    let opened = [("gpu", OpenDevice::open(DeviceChoice::Gpu)), ("cpu", OpenDevice::open(DeviceChoice::Cpu))];
+    let rows = opened.map(|(choice, device)| match device {
+        Ok(device) => (choice, device.describe(), None),
+        Err(error) => (choice, Default::default(), Some(error.to_string())),
+    });
+    if args.json {
+        let list = rows.map(|(choice, device, error)| {
+            serde_json::json!({
+                "device": choice,
+                "adapter": error.is_none().then_some(device.adapter),
+                "driver": error.is_none().then_some(device.driver),
+                "error": error,
+                "methods": ["distribution-ray-tracing"],
+            })
+        });
+        println!("{:#}", serde_json::Value::from(list.to_vec()));
+        return Ok(());
+    }
+    for (choice, device, error) in rows {
+        match error {
+            None => println!("{choice}: {} {}", device.adapter, device.driver),
+            Some(error) => println!("{choice}: {error}"),
+        }
+    }
+    println!("methods: distribution-ray-tracing");
+    Ok(())
+}

@@ -1,0 +1,101 @@
+//! How far a render is: a bar on a terminal, a line per sequence elsewhere; and Ctrl-C.
+
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
+use shutterlab_stimuli::generate::Progress;
+use shutterlab_stimuli::{Sequence, Stimulus};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// Makes the first Ctrl-C a request to stop after the frame at hand. A second one ends the process.
+fn watch_interrupts() {
+    static WATCH: OnceLock<()> = OnceLock::new();
+    WATCH.get_or_init(|| {
+        let stop = || {
+            if STOP.swap(true, Ordering::Relaxed) {
+                std::process::exit(130);
+            }
+        };
+        if let Err(error) = ctrlc::set_handler(stop) {
+            eprintln!("Ctrl-C will end the program at once ({error}); finished frames stay");
+        }
+    });
+}
+
+/// Progress of a render, measured in camera paths: frames of one grid differ a hundredfold in cost.
+pub struct RenderProgress {
+    bar: ProgressBar,
+    paths: f64,
+    paths_done: f64,
+    paths_rendered: f64,
+    started: Instant,
+    sequences: usize,
+    /// The finished sequences, in order.
+    pub finished: Vec<Sequence>,
+}
+
+impl RenderProgress {
+    /// Progress over `frames_each` frames of every stimulus.
+    pub fn new(stimuli: &[Stimulus], frames_each: impl Fn(&Stimulus) -> u32) -> Self {
+        watch_interrupts();
+        let style = ProgressStyle::with_template("{msg} [{bar:30}] {percent}% {prefix}");
+        let bar = ProgressBar::new(1000);
+        if let Ok(style) = style {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        Self {
+            bar,
+            paths: stimuli.iter().map(|s| cost(s) * f64::from(frames_each(s))).sum(),
+            paths_done: 0.0,
+            paths_rendered: 0.0,
+            started: Instant::now(),
+            sequences: stimuli.len(),
+            finished: vec![],
+        }
+    }
+
+    /// Time left at the speed so far; nothing before the first frame is rendered.
+    fn time_left(&self) -> String {
+        if self.paths_rendered == 0.0 || self.paths_done >= self.paths {
+            return String::new();
+        }
+        let seconds = self.started.elapsed().as_secs_f64() / self.paths_rendered * (self.paths - self.paths_done);
+        format!("{} left", HumanDuration(Duration::from_secs_f64(seconds.max(0.0))))
+    }
+}
+
+fn cost(stimulus: &Stimulus) -> f64 {
+    let image = &stimulus.image;
+    f64::from(image.width_px) * f64::from(image.height_px) * f64::from(stimulus.samples)
+}
+
+impl Progress for RenderProgress {
+    fn frame(&mut self, stimulus: &Stimulus, rendered: bool) {
+        self.paths_done += cost(stimulus);
+        if rendered {
+            self.paths_rendered += cost(stimulus);
+        }
+        self.bar.set_message(format!("{}/{} {}", self.finished.len() + 1, self.sequences, stimulus.id));
+        self.bar.set_prefix(self.time_left());
+        self.bar.set_position((1000.0 * self.paths_done / self.paths) as u64);
+    }
+
+    fn sequence(&mut self, sequence: &Sequence, rendered: usize) {
+        self.finished.push(sequence.clone());
+        if self.bar.is_hidden() {
+            let what = if rendered == 0 { "was finished".into() } else { format!("{rendered} frames rendered") };
+            let count = format!("{}/{}", self.finished.len(), self.sequences);
+            let line = format!("{count} {}: {what} {}", sequence.manifest.stimulus.id, self.time_left());
+            eprintln!("{}", line.trim_end());
+        }
+        if self.finished.len() == self.sequences {
+            self.bar.finish_and_clear();
+        }
+    }
+
+    fn stop(&self) -> bool {
+        STOP.load(Ordering::Relaxed)
+    }
+}
