@@ -1,1 +1,93 @@
-fn main() {}
+//! How fast the path tracer is: camera paths per core-second, and time to a given error, on each
+//! device; written so that another renderer's figures can be laid beside.
+//!
+//! `script/bench render` renders frame 60 of M2-S2-T5 of the thesis's grid (640×360) with 4 to 1,024
+//! samples. It prints a table and leaves in `target/bench/`: `render.csv`, and `render-truth.pfm`,
+//! the linear image (Portable Float Map) that errors are measured against. Each figure is the best
+//! of three runs after one that is not counted; a core-second is a second of this process's
+//! processor time, so a graphics card's work is not in it, and its figure is the wall time alone.
+#![expect(clippy::print_stdout, reason = "a benchmark prints")]
+
+use cpu_time::ProcessTime;
+use shutterlab::film::measure;
+use shutterlab::pipelines::{DeviceChoice, OpenDevice, Pipeline};
+use shutterlab_stimuli::{Grid, LinearImage, Selection, Stimulus};
+use std::io::Write;
+use std::path::Path;
+use std::time::Instant;
+
+const FRAME: u32 = 60;
+const SAMPLES: [u32; 5] = [4, 16, 64, 256, 1024];
+const TRUTH_SAMPLES: u32 = 8192;
+const TARGET_RELATIVE_MSE: f64 = 1e-3;
+const COUNTED_RUNS: usize = 3;
+
+type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+fn main() -> Result<(), Failure> {
+    let grid = Grid::load("rolling-sphere-mono")?;
+    let selection = Selection::parse(&["material=checker,speed=S2,shutter=T5,samples=A1"], &grid)?;
+    let stimulus = grid.stimuli(&selection)?.remove(0);
+    let devices = [DeviceChoice::Gpu, DeviceChoice::Cpu].map(OpenDevice::open);
+    let fastest = devices.iter().flatten().next().ok_or("no device")?;
+
+    let with = |samples: u32, seed: u64| Stimulus { samples, seed, ..stimulus.clone() };
+    let render = |pipeline: &mut dyn Pipeline, samples| pipeline.film(&with(samples, 1), FRAME);
+    let mut pipeline = fastest.pipeline(stimulus.method);
+    let truth = pipeline.film(&with(TRUTH_SAMPLES, 2), FRAME)?.image();
+    // The view without the sphere: it is out of sight at the first frame.
+    let mut away = with(256, 3);
+    away.edge = shutterlab_stimuli::stimulus::Edge::Once;
+    let empty = pipeline.film(&away, 0)?.image();
+    let epsilon = measure::epsilon(&truth, &empty);
+
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/bench");
+    std::fs::create_dir_all(&folder)?;
+    write_pfm(&truth, &folder.join("render-truth.pfm"))?;
+    let mut csv = std::fs::File::create(folder.join("render.csv"))?;
+    let columns = "device,adapter,samples,wall_s,core_s,paths_per_s,paths_per_core_s,relative_mse";
+    writeln!(csv, "{columns}")?;
+    for device in devices.iter().flatten() {
+        let described = device.describe();
+        println!("{} ({}) {}", described.adapter, described.kind, described.driver);
+        println!("samples   wall s   core s   Mpaths/s   Mpaths/core-s   relative MSE");
+        let mut pipeline = device.pipeline(stimulus.method);
+        let mut to_target = (f64::INFINITY, f64::INFINITY);
+        for samples in SAMPLES {
+            let (mut wall, mut core) = (f64::INFINITY, f64::INFINITY);
+            let mut image = render(pipeline.as_mut(), samples)?.image();
+            for _ in 0..COUNTED_RUNS {
+                let (started, cpu) = (Instant::now(), ProcessTime::now());
+                image = render(pipeline.as_mut(), samples)?.image();
+                wall = wall.min(started.elapsed().as_secs_f64());
+                core = core.min(cpu.elapsed().as_secs_f64());
+            }
+            let paths = f64::from(truth.width * truth.height) * f64::from(samples);
+            let error = measure::relative_mse(&image, &truth, epsilon);
+            // Error falls as 1/n, so the last and most exact row tells the time to the target.
+            to_target = (wall * error / TARGET_RELATIVE_MSE, core * error / TARGET_RELATIVE_MSE);
+            let (per_s, per_core_s) = (paths / wall, paths / core);
+            println!(
+                "{samples:7} {wall:8.3} {core:8.3} {:10.2} {:15.2} {error:14.3e}",
+                per_s / 1e6,
+                per_core_s / 1e6
+            );
+            let name = described.adapter.replace(',', ";");
+            writeln!(csv, "{},{name},{samples},{wall},{core},{per_s},{per_core_s},{error}", described.kind)?;
+        }
+        println!("to a relative MSE of {TARGET_RELATIVE_MSE}: {:.2} s, {:.2} core-seconds\n", to_target.0, to_target.1);
+    }
+    Ok(())
+}
+
+/// A Portable Float Map: little-endian 32-bit RGB, rows from the bottom.
+fn write_pfm(image: &LinearImage, path: &Path) -> std::io::Result<()> {
+    let mut file = std::io::BufWriter::new(std::fs::File::create(path)?);
+    write!(file, "PF\n{} {}\n-1.0\n", image.width, image.height)?;
+    for row in image.pixels.chunks(image.width as usize).rev() {
+        for value in row.iter().flatten() {
+            file.write_all(&value.to_le_bytes())?;
+        }
+    }
+    file.flush()
+}

@@ -1,1 +1,26 @@
-//! stub
+//! The one integration test binary: everything together, with the built command.
+#![cfg(feature = "cli")]
+
+/// What the tests share: running the command, small stimuli, temporary folders.
+mod support;
+
+/// `analyze` on the published vote tables and on matrices.
+mod analyze;
+/// Bad input of every kind: one error line, the right exit status, nothing half-written.
+mod bad_input;
+/// From simulated answers back to what they were drawn from.
+mod recovery;
+/// `render`: manifests, resuming, the same bytes again.
+mod render;
+/// Which room may import from which.
+mod rooms;
+/// Sessions that are killed and go on.
+mod sessions;
+/// Shader structs against their twins in Rust.
+#[cfg(feature = "gpu")]
+mod shaders;
+/// Outside validators on what a study writes.
+mod validators;
+/// A session in a real window, driven by keys.
+#[cfg(all(feature = "window", target_os = "linux"))]
+mod window;

@@ -41,7 +41,11 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             Preferences::from_votes(&Votes::read(file)?, observers, &file.display().to_string())?
         }
         (_, _, Some(file), Some(observers)) => matrix::read(file, observers)?,
-        _ => return Err(UsageError::from("analyze: PATH, or --votes or --matrix with --observers, is needed")),
+        _ => {
+            return Err(UsageError::from(
+                "analyze: PATH, or --votes or --matrix with --observers, is needed",
+            ));
+        }
     };
     let analysis = analyze(&preferences, args.alpha)?;
     if args.json {
@@ -85,7 +89,9 @@ pub(super) fn read_thumbnails(path: &Path) -> std::io::Result<BTreeMap<String, V
     if folder.is_dir() {
         for entry in std::fs::read_dir(&folder).map_err(|e| named(&folder, &e))? {
             let file = entry?.path();
-            if let (Some(id), Some("png")) = (file.file_stem(), file.extension().and_then(|e| e.to_str())) {
+            if let (Some(id), Some("png")) =
+                (file.file_stem(), file.extension().and_then(|e| e.to_str()))
+            {
                 let png = std::fs::read(&file).map_err(|e| named(&file, &e))?;
                 thumbnails.insert(id.to_string_lossy().into_owned(), png);
             }

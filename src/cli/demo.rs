@@ -50,7 +50,8 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let analysis = analyze(&responses::read(&study)?, 0.01)?;
     let command = format!("shutterlab demo -o {}", args.out.display());
     let thumbnails = read_thumbnails(&study)?;
-    let page = write_report(&analysis, &args.out.join("report"), &protocol.title, &thumbnails, &command)?;
+    let page =
+        write_report(&analysis, &args.out.join("report"), &protocol.title, &thumbnails, &command)?;
     print!("{}", report::text(&analysis));
     println!("\nreport: {}", std::path::absolute(&page)?.display());
     Ok(())

@@ -11,7 +11,10 @@ pub struct Args {
 }
 
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
-    let opened = [("gpu", OpenDevice::open(DeviceChoice::Gpu)), ("cpu", OpenDevice::open(DeviceChoice::Cpu))];
+    let opened = [
+        ("gpu", OpenDevice::open(DeviceChoice::Gpu)),
+        ("cpu", OpenDevice::open(DeviceChoice::Cpu)),
+    ];
     let rows = opened.map(|(choice, device)| match device {
         Ok(device) => (choice, device.describe(), None),
         Err(error) => (choice, Default::default(), Some(error.to_string())),

@@ -77,7 +77,8 @@ fn refuse(error: &clap::Error) -> ExitCode {
     }
     let text = error.to_string();
     let told = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));
-    let told: Vec<&str> = told.filter(|line| !line.is_empty() && !line.starts_with("For more")).collect();
+    let told: Vec<&str> =
+        told.filter(|line| !line.is_empty() && !line.starts_with("For more")).collect();
     eprintln!("{}", told.join(" "));
     ExitCode::from(2)
 }

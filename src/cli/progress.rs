@@ -61,7 +61,8 @@ impl RenderProgress {
         if self.paths_rendered == 0.0 || self.paths_done >= self.paths {
             return String::new();
         }
-        let seconds = self.started.elapsed().as_secs_f64() / self.paths_rendered * (self.paths - self.paths_done);
+        let seconds = self.started.elapsed().as_secs_f64() / self.paths_rendered
+            * (self.paths - self.paths_done);
         format!("{} left", HumanDuration(Duration::from_secs_f64(seconds.max(0.0))))
     }
 }
@@ -77,7 +78,12 @@ impl Progress for RenderProgress {
         if rendered {
             self.paths_rendered += cost(stimulus);
         }
-        self.bar.set_message(format!("{}/{} {}", self.finished.len() + 1, self.sequences, stimulus.id));
+        self.bar.set_message(format!(
+            "{}/{} {}",
+            self.finished.len() + 1,
+            self.sequences,
+            stimulus.id
+        ));
         self.bar.set_prefix(self.time_left());
         self.bar.set_position((1000.0 * self.paths_done / self.paths) as u64);
     }
@@ -85,9 +91,14 @@ impl Progress for RenderProgress {
     fn sequence(&mut self, sequence: &Sequence, rendered: usize) {
         self.finished.push(sequence.clone());
         if self.bar.is_hidden() {
-            let what = if rendered == 0 { "was finished".into() } else { format!("{rendered} frames rendered") };
+            let what = if rendered == 0 {
+                "was finished".into()
+            } else {
+                format!("{rendered} frames rendered")
+            };
             let count = format!("{}/{}", self.finished.len(), self.sequences);
-            let line = format!("{count} {}: {what} {}", sequence.manifest.stimulus.id, self.time_left());
+            let line =
+                format!("{count} {}: {what} {}", sequence.manifest.stimulus.id, self.time_left());
             eprintln!("{}", line.trim_end());
         }
         if self.finished.len() == self.sequences {

@@ -105,7 +105,8 @@ pub(super) fn render(
     let described = renderer.device();
     eprintln!("{} sequences on {} ({})", stimuli.len(), described.adapter, described.kind);
     let length = frames.as_ref().map(|range| range.end.saturating_sub(range.start));
-    let mut progress = RenderProgress::new(&stimuli, |stimulus| length.unwrap_or(stimulus.image.frames));
+    let mut progress =
+        RenderProgress::new(&stimuli, |stimulus| length.unwrap_or(stimulus.image.frames));
     match generate(&grid.name, &stimuli, frames, out, &mut renderer, &mut progress) {
         Ok(()) => Ok(progress.finished),
         Err(error @ GenerateError::Frames { .. }) => Err(UsageError::from(error)),
@@ -114,12 +115,17 @@ pub(super) fn render(
 }
 
 fn parse_range(text: &str) -> Result<Range<u32>, String> {
-    let parsed = text.split_once("..").and_then(|(a, b)| Some(a.trim().parse().ok()?..b.trim().parse().ok()?));
+    let parsed = text
+        .split_once("..")
+        .and_then(|(a, b)| Some(a.trim().parse().ok()?..b.trim().parse().ok()?));
     parsed.ok_or("A..B is needed, such as 58..60; B is not rendered".into())
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let parsed = text.split_once('x').and_then(|(w, h)| Some([w.trim().parse().ok()?, h.trim().parse().ok()?]));
-    let sides = parsed.filter(|sides: &[u32; 2]| sides.iter().all(|side| (1..=16384).contains(side)));
+    let parsed = text
+        .split_once('x')
+        .and_then(|(w, h)| Some([w.trim().parse().ok()?, h.trim().parse().ok()?]));
+    let sides =
+        parsed.filter(|sides: &[u32; 2]| sides.iter().all(|side| (1..=16384).contains(side)));
     sides.ok_or("WIDTHxHEIGHT is needed, such as 640x360, each from 1 to 16384".into())
 }

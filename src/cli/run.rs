@@ -4,7 +4,9 @@ use super::UsageError;
 use anyhow::Context;
 use shutterlab_analysis::published;
 use shutterlab_data_schema::{ParticipantCode, Votes};
-use shutterlab_experiments::{Outcome, SessionRequest, SimulatedObserver, protocols, run_simulated};
+use shutterlab_experiments::{
+    Outcome, SessionRequest, SimulatedObserver, protocols, run_simulated,
+};
 use std::path::{Path, PathBuf};
 
 /// Run a session of an experiment. Each answer is saved when it is given; run the same again to go
@@ -44,7 +46,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     };
     let outcome = match &args.observer {
         Some(_) if args.participant.is_none() => {
-            return Err(UsageError::from("run: --participant: none given: a simulated observer needs a code"));
+            return Err(UsageError::from(
+                "run: --participant: none given: a simulated observer needs a code",
+            ));
         }
         Some(observer) => run_simulated(&request, observer)?,
         None => in_window(&request)?,
@@ -60,7 +64,9 @@ fn in_window(request: &SessionRequest) -> anyhow::Result<Outcome> {
 
 #[cfg(not(feature = "window"))]
 fn in_window(_: &SessionRequest) -> anyhow::Result<Outcome> {
-    anyhow::bail!("run: this build has no window (feature `window`); it runs simulated observers only")
+    anyhow::bail!(
+        "run: this build has no window (feature `window`); it runs simulated observers only"
+    )
 }
 
 fn report(outcome: &Outcome) {
@@ -68,18 +74,27 @@ fn report(outcome: &Outcome) {
     let state = match (finished, answered_now) {
         (true, 0) => "was already finished".to_string(),
         (true, _) => "finished".to_string(),
-        (false, _) => format!("stopped at {} of {trials} trials; run the same again to go on", answered_before + answered_now),
+        (false, _) => format!(
+            "stopped at {} of {trials} trials; run the same again to go on",
+            answered_before + answered_now
+        ),
     };
-    println!("{subject}: {state}; {answered_now} answers now, {answered_before} before, in {}", data_file.display());
+    println!(
+        "{subject}: {state}; {answered_now} answers now, {answered_before} before, in {}",
+        data_file.display()
+    );
 }
 
 /// The simulated observer called `simulated:NAME`.
 fn parse_observer(text: &str) -> Result<SimulatedObserver, String> {
     let names: Vec<&str> = published::tables().iter().map(|table| table.name).collect();
-    let allowed = || format!("simulated:guess or simulated: with one of {} is needed", names.join(", "));
+    let allowed =
+        || format!("simulated:guess or simulated: with one of {} is needed", names.join(", "));
     match text.strip_prefix("simulated:") {
         Some("guess") => Ok(SimulatedObserver::guess()),
-        Some(name) => published_observer(name).map_err(|error| error.to_string())?.ok_or_else(allowed),
+        Some(name) => {
+            published_observer(name).map_err(|error| error.to_string())?.ok_or_else(allowed)
+        }
         None => Err(allowed()),
     }
 }

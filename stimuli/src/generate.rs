@@ -259,3 +259,115 @@ fn first_difference(there: &Stimulus, now: &Stimulus) -> String {
         .next()
         .unwrap_or_default()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Grid, Selection};
+    use std::cell::Cell;
+
+    /// A renderer that paints frame numbers, and fails at a chosen frame.
+    struct Painter {
+        adapter: &'static str,
+        fail_at: Option<u32>,
+        rendered: u32,
+    }
+
+    impl Render for Painter {
+        fn device(&self) -> Device {
+            Device { kind: "cpu".into(), adapter: self.adapter.into(), driver: String::new() }
+        }
+
+        fn render(&mut self, stimulus: &Stimulus, frame: u32) -> Result<LinearImage, RenderError> {
+            if self.fail_at == Some(frame) {
+                return Err("the device is gone".into());
+            }
+            self.rendered += 1;
+            let (width, height) = (stimulus.image.width_px, stimulus.image.height_px);
+            let grey = frame as f32 / stimulus.image.frames as f32;
+            Ok(LinearImage { width, height, pixels: vec![[grey; 3]; (width * height) as usize] })
+        }
+    }
+
+    fn painter(adapter: &'static str) -> Painter {
+        Painter { adapter, fail_at: None, rendered: 0 }
+    }
+
+    #[derive(Default)]
+    struct Quiet {
+        stop_after: Option<u32>,
+        frames: Cell<u32>,
+    }
+
+    impl Progress for Quiet {
+        fn frame(&mut self, _: &Stimulus, _: bool) {
+            self.frames.set(self.frames.get() + 1);
+        }
+        fn sequence(&mut self, _: &Sequence, _: usize) {}
+        fn stop(&self) -> bool {
+            self.stop_after.is_some_and(|after| self.frames.get() >= after)
+        }
+    }
+
+    fn one_stimulus() -> Vec<Stimulus> {
+        let mut grid = Grid::load("demo").unwrap();
+        (grid.image.width_px, grid.image.height_px) = (4, 3);
+        let selection = Selection::parse(&["shutter=T3,samples=A3"], &grid).unwrap();
+        grid.stimuli(&selection).unwrap()
+    }
+
+    fn make(out: &Path, painter: &mut Painter, progress: &mut Quiet) -> Result<(), GenerateError> {
+        generate("demo", &one_stimulus(), None, out, painter, progress)
+    }
+
+    #[test]
+    fn a_stopped_run_goes_on_with_the_next_frame() {
+        let out = tempfile::tempdir().unwrap();
+        let mut first = painter("one");
+        let stopped =
+            make(out.path(), &mut first, &mut Quiet { stop_after: Some(5), ..Quiet::default() });
+        assert!(matches!(stopped, Err(GenerateError::Stopped)));
+        assert!(!out.path().join("M2-S2-T3-A3").join(manifest::FILE_NAME).exists());
+        let mut second = painter("one");
+        make(out.path(), &mut second, &mut Quiet::default()).unwrap();
+        assert_eq!((first.rendered, second.rendered), (5, 19));
+        let mut third = painter("one");
+        make(out.path(), &mut third, &mut Quiet::default()).unwrap();
+        assert_eq!(third.rendered, 0);
+    }
+
+    #[test]
+    fn a_failing_renderer_is_named_and_nothing_is_finished() {
+        let out = tempfile::tempdir().unwrap();
+        let error = make(
+            out.path(),
+            &mut Painter { fail_at: Some(3), ..painter("one") },
+            &mut Quiet::default(),
+        );
+        assert_eq!(error.unwrap_err().to_string(), "M2-S2-T3-A3: frame 3: the device is gone");
+        assert!(Sequence::open_all(out.path()).unwrap().is_empty());
+    }
+
+    /// Frames that another device left are rendered again, not mixed in.
+    #[test]
+    fn frames_of_two_devices_never_mix() {
+        let out = tempfile::tempdir().unwrap();
+        let stop = || Quiet { stop_after: Some(5), ..Quiet::default() };
+        assert!(make(out.path(), &mut painter("one"), &mut stop()).is_err());
+        let mut other = painter("two");
+        make(out.path(), &mut other, &mut Quiet::default()).unwrap();
+        assert_eq!(other.rendered, 24);
+    }
+
+    #[test]
+    fn a_changed_pixel_is_noticed() {
+        let out = tempfile::tempdir().unwrap();
+        make(out.path(), &mut painter("one"), &mut Quiet::default()).unwrap();
+        let sequence = Sequence::open_all(out.path()).unwrap().remove(0);
+        let frames = sequence.manifest.frames.clone();
+        assert!(frames.iter().all(|frame| sequence.read_frame(frame).is_ok()));
+        std::fs::copy(sequence.frame_path(1), sequence.frame_path(2)).unwrap();
+        let error = sequence.read_frame(&frames[2]).unwrap_err().to_string();
+        assert!(error.contains("frame-0002.png: its pixels hash to"), "{error}");
+    }
+}

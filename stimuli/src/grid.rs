@@ -343,3 +343,42 @@ fn unknown(what: &str, name: &str, known: &[&str]) -> String {
         .map_or(String::new(), |near| format!("; did you mean {near}?"));
     format!("the {what} are {}{hint}", known.join(", "))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ids(select: &[&str]) -> Vec<String> {
+        let grid = Grid::load("rolling-sphere-mono").unwrap();
+        let selection = Selection::parse(select, &grid).unwrap();
+        grid.stimuli(&selection).unwrap().into_iter().map(|stimulus| stimulus.id).collect()
+    }
+
+    #[test]
+    fn a_selection_joins_axes_and_adds_alternatives() {
+        assert_eq!(ids(&["material=checker,speed=S2,shutter=T5,samples=A3"]), ["M2-S2-T5-A3"]);
+        assert_eq!(ids(&["material=M2,speed=10,shutter=1,samples=256"]), ["M2-S2-T5-A3"]);
+        assert_eq!(ids(&["material=M1,speed=S1,shutter=T1"]).len(), 5);
+        assert_eq!(ids(&["material=M1,speed=S1,shutter=T1,samples=A1,samples=A5"]).len(), 2);
+        assert_eq!(ids(&["material=M1", "material=M1,speed=S1", "speed=S3"]).len(), 75 + 50);
+        assert_eq!(ids(&[]).len(), 225);
+    }
+
+    /// Fewer samples are a prefix of more, so the noise does not know the number of samples; and it
+    /// differs between all other levels.
+    #[test]
+    fn noise_streams_differ_in_all_but_the_samples() {
+        let grid = Grid::load("rolling-sphere-mono").unwrap();
+        let stimuli = grid.stimuli(&Selection::default()).unwrap();
+        let streams: std::collections::BTreeSet<&str> =
+            stimuli.iter().map(|s| s.noise_stream.as_str()).collect();
+        assert_eq!(streams.len(), 45);
+    }
+
+    #[test]
+    fn every_shipped_grid_is_sound() {
+        for (name, _) in SHIPPED {
+            assert_eq!(Grid::load(name).unwrap().name, *name);
+        }
+    }
+}

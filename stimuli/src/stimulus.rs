@@ -134,3 +134,89 @@ impl Stimulus {
         0.5 * f64::from(width) / self.scene.camera.pixels_per_metre(width)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Grid, Selection};
+
+    fn stimulus(speed: &str, edge: Edge) -> Stimulus {
+        let grid = Grid { edge, ..Grid::load("rolling-sphere-mono").unwrap() };
+        let select = format!("material=checker,speed={speed},shutter=T5,samples=A1");
+        grid.stimuli(&Selection::parse(&[select], &grid).unwrap()).unwrap().remove(0)
+    }
+
+    /// The numbers of the thesis's geometry: 640 px over 14.4°, a 50 mm lens on 36 mm, 3 m away.
+    #[test]
+    fn the_thesis_geometry_holds() {
+        let near = |value: f64, known: f64| {
+            assert!((value - known).abs() < 1e-3 * known, "{value} {known}")
+        };
+        for (speed, metres_per_second) in [("S1", 0.75664), ("S2", 1.51327), ("S3", 2.26991)] {
+            let stimulus = stimulus(speed, Edge::Wrap);
+            near(stimulus.speed_m_per_s, metres_per_second);
+            near(stimulus.pixels_per_degree, 44.44);
+            near(stimulus.half_view_width_m(), 1.0896);
+            near(stimulus.scene.camera.pixels_per_metre(640), 293.697);
+        }
+    }
+
+    #[test]
+    fn the_sphere_is_in_the_middle_at_half_time_at_any_speed() {
+        for edge in [Edge::Once, Edge::Wrap, Edge::Bounce] {
+            for speed in ["S1", "S2", "S3"] {
+                let path = stimulus(speed, edge).sphere_path(60);
+                assert_eq!((path.x_m, path.angle_rad), (0.0, 0.0));
+            }
+        }
+    }
+
+    /// From one frame to the next the sphere goes on by v/fps, or it jumps by a whole period. Where
+    /// it jumps nothing is lost: had it gone on, and had it come in a frame earlier, it would have
+    /// been out of view for the whole shutter time.
+    #[test]
+    fn wrapping_is_never_seen() {
+        for speed in ["S1", "S2", "S3"] {
+            let stimulus = stimulus(speed, Edge::Wrap);
+            let step = stimulus.speed_m_per_s / stimulus.image.fps;
+            let outside = stimulus.half_view_width_m() + stimulus.scene.sphere.radius_m;
+            let mut jumps = 0;
+            for frame in 1..stimulus.image.frames {
+                let (before, after) =
+                    (stimulus.sphere_path(frame - 1), stimulus.sphere_path(frame));
+                if (after.x_m - before.x_m - step).abs() > 1e-9 {
+                    jumps += 1;
+                    let gone_on = before.x_m + step - before.travel_m / 2.0;
+                    let come_earlier = after.x_m - step + after.travel_m / 2.0;
+                    assert!(gone_on > outside && come_earlier < -outside, "{speed}: {before:?}");
+                }
+            }
+            assert!(jumps > 0, "{speed}");
+        }
+    }
+
+    /// Rolling without slipping: the angle is the distance over the radius, jumps or not.
+    #[test]
+    fn the_sphere_rolls_without_slipping() {
+        let stimulus = stimulus("S3", Edge::Wrap);
+        let step = stimulus.speed_m_per_s / stimulus.image.fps / stimulus.scene.sphere.radius_m;
+        for frame in 1..stimulus.image.frames {
+            let turned =
+                stimulus.sphere_path(frame).angle_rad - stimulus.sphere_path(frame - 1).angle_rad;
+            let whole_turns = (turned - step) / std::f64::consts::TAU;
+            assert!((whole_turns - whole_turns.round()).abs() < 1e-9, "{frame}: {turned}");
+        }
+    }
+
+    #[test]
+    fn a_bouncing_sphere_stays_in_view() {
+        let stimulus = stimulus("S3", Edge::Bounce);
+        let turn = stimulus.half_view_width_m() - stimulus.scene.sphere.radius_m;
+        for frame in 0..stimulus.image.frames {
+            let path = stimulus.sphere_path(frame);
+            assert_eq!(path.bounce_m, Some(turn));
+            // Mirrored once at ±turn, as the renderer does, it is within ±turn.
+            assert!(path.x_m.abs() <= 2.0 * turn + 1e-9, "{frame}: {path:?}");
+        }
+    }
+}

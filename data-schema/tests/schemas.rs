@@ -1,0 +1,114 @@
+//! The committed schemas are those that the types give, and the examples are judged as they should be.
+//! `SHUTTERLAB_BLESS=1 cargo test -p shutterlab-data-schema` writes the schemas anew.
+
+use schemars::schema_for;
+use serde_json::Value;
+use shutterlab_data_schema::response::Response;
+use shutterlab_data_schema::votes::VoteRow;
+use shutterlab_data_schema::{Protocol, Votes, study, table_schema::table_schema};
+use std::path::{Path, PathBuf};
+
+fn schemas() -> [(&'static str, Value); 4] {
+    [
+        ("protocol", schema_for!(Protocol).to_value()),
+        ("responses", study::responses_schema()),
+        ("participants", study::participants_schema()),
+        ("votes", table_schema::<VoteRow>(&["item"])),
+    ]
+}
+
+fn here() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn examples(folder: &str, name: &str) -> Vec<(PathBuf, String)> {
+    let mut found: Vec<(PathBuf, String)> = std::fs::read_dir(here().join("examples").join(folder))
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.file_name().unwrap().to_string_lossy().starts_with(name))
+        .map(|path| (path.clone(), std::fs::read_to_string(&path).unwrap()))
+        .collect();
+    found.sort();
+    assert!(!found.is_empty(), "no {folder} examples of {name}");
+    found
+}
+
+/// The error that an invalid example says it has: its first line, after `# error: `.
+fn expected_error(text: &str) -> &str {
+    text.lines()
+        .next()
+        .unwrap()
+        .strip_prefix("# error: ")
+        .expect("an invalid example names its error")
+}
+
+#[test]
+fn schemas_are_those_of_the_types() {
+    for (name, schema) in schemas() {
+        let path = here().join(format!("{name}.schema.json"));
+        let text = format!("{schema:#}\n");
+        if std::env::var_os("SHUTTERLAB_BLESS").is_some() {
+            std::fs::write(&path, &text).unwrap();
+        }
+        let committed = std::fs::read_to_string(&path).unwrap_or_default();
+        assert!(
+            committed == text,
+            "{} differs from its type; SHUTTERLAB_BLESS=1 writes it anew",
+            path.display()
+        );
+    }
+}
+
+#[test]
+fn protocols_are_judged_alike_by_type_and_schema() {
+    let schema = jsonschema::validator_for(&schemas()[0].1).unwrap();
+    let as_json =
+        |text: &str| serde_json::to_value(toml::from_str::<toml::Value>(text).unwrap()).unwrap();
+    for (path, text) in examples("valid", "protocol") {
+        Protocol::parse(&text, "protocol.toml")
+            .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    }
+    for (path, text) in examples("invalid", "protocol") {
+        let error = Protocol::parse(&text, "protocol.toml").unwrap_err().to_string();
+        assert!(error.contains(expected_error(&text)), "{}: {error}", path.display());
+    }
+}
+
+#[test]
+fn responses_are_judged() {
+    let read = |text: &str| -> Result<Vec<Response>, csv::Error> {
+        csv::ReaderBuilder::new()
+            .comment(Some(b'#'))
+            .from_reader(text.as_bytes())
+            .deserialize()
+            .collect()
+    };
+    for (path, text) in examples("valid", "responses") {
+        let rows = read(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        // Written again, they are the same file.
+        let mut writer = csv::Writer::from_writer(vec![]);
+        rows.iter().for_each(|row| writer.serialize(row).unwrap());
+        assert_eq!(
+            String::from_utf8(writer.into_inner().unwrap()).unwrap(),
+            text,
+            "{}",
+            path.display()
+        );
+    }
+    for (path, text) in examples("invalid", "responses") {
+        let error = read(&text).unwrap_err().to_string();
+        assert!(error.contains(expected_error(&text)), "{}: {error}", path.display());
+    }
+}
+
+#[test]
+fn votes_are_judged() {
+    for (path, text) in examples("valid", "votes") {
+        Votes::parse(&text, "votes.csv")
+            .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    }
+    for (path, text) in examples("invalid", "votes") {
+        let error = Votes::parse(&text, "votes.csv").unwrap_err().to_string();
+        assert!(error.contains(expected_error(&text)), "{}: {error}", path.display());
+    }
+}

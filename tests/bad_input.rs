@@ -1,0 +1,182 @@
+//! Bad input of every kind: one error line that names the file, the field, the value and what was
+//! allowed; exit status 2 for wrong words, 1 for bad files; nothing half-written that looks whole.
+
+use crate::support::{fail, small_stimuli, tree};
+use std::path::Path;
+
+fn in_folder(check: impl FnOnce(&Path)) {
+    let folder = tempfile::tempdir().unwrap();
+    check(folder.path());
+}
+
+#[test]
+fn words_that_name_nothing() {
+    in_folder(|folder| {
+        let render = |more: &[&str]| fail(folder, 2, &[&["render", "demo", "-o", "out"], more].concat());
+        for (words, expect) in [
+            (&["--select", "shuter=T5"] as &[&str], "shuter: the axes are material, speed, shutter, samples; did you mean shutter?"),
+            (&["--select", "shutter=T9"], "shutter=T9: the levels of shutter are T3, T4, T5"),
+            (&["--select", "shutter"], "shutter: AXIS=LEVEL is needed"),
+            (&["--size", "0x90"], "0x90"),
+            (&["--size", "big"], "640x360"),
+            (&["--frames", "20..99"], "20..99: M2-S2-T3-A3 has frames 0..24"),
+            (&["--frames", "5..5"], "5..5"),
+            (&["--frames", "7"], "58..60"),
+            (&["--device", "abacus"], "abacus"),
+        ] {
+            let error = render(words);
+            assert!(error.contains(expect), "{words:?}: {error}");
+        }
+        let error = fail(folder, 2, &["render", "nowhere.toml", "-o", "out"]);
+        assert!(error.contains("nowhere.toml: neither a file nor one of the shipped grids"), "{error}");
+        assert!(tree(folder).is_empty(), "{:?}", tree(folder).keys());
+    });
+}
+
+#[test]
+fn grids_with_a_wrong_value() {
+    let demo = include_str!("../stimuli/grids/demo.toml");
+    for (from, to, expect) in [
+        ("frames = 24", "frames = 0", "image.frames: 0: 1 to 9999 frames are allowed"),
+        ("width_px = 192", "width_px = 0", "image.width_px: 0"),
+        ("width_px", "widht_px", "line 15: unknown field `widht_px`"),
+        ("width_px", "widht_px", "did you mean `width_px`?"),
+        ("[axes.samples]", "[axes.sample]", "did you mean `samples`?"),
+        ("A3 = 256", "A3 = 0", "axes.samples.A3: 0"),
+        ("A3 = 256", "A3 = -4", "A3"),
+        ("T5 = 1.0", "T5 = 1.5", "axes.shutter_open_fraction.T5: 1.5: 0 to 1"),
+        ("M2 = \"checker\"", "M2 = \"chequer\"", "axes.material.M2: chequer: the grid's materials are checker"),
+        ("cells = 8", "cells = 7", "materials.checker.cells: 7"),
+        ("schema = 1", "schema = 2", "schema: 2: this version reads schema 1"),
+        ("scene = \"rolling-sphere\"", "scene = \"rolling-cube\"", "rolling-cube: shipped scenes are rolling-sphere"),
+        ("seed = 2012", "seed = ", "line"),
+        ("T3 = 0.5", "\"../T3\" = 0.5", "letters and digits"),
+    ] {
+        in_folder(|folder| {
+            assert!(demo.contains(from), "{from}");
+            std::fs::write(folder.join("grid.toml"), demo.replacen(from, to, 1)).unwrap();
+            let error = fail(folder, 1, &["render", "grid.toml", "-o", "out"]);
+            assert!(error.contains(expect), "{to}: {error}");
+            assert!(!folder.join("out").exists(), "{to}");
+        });
+    }
+}
+
+#[test]
+fn an_output_folder_under_a_regular_file() {
+    in_folder(|folder| {
+        std::fs::write(folder.join("plain"), "text").unwrap();
+        let error = fail(folder, 1, &["render", "demo", "-o", "plain/out", "--size", "16x9", "--device", "cpu"]);
+        assert!(error.contains("plain/out"), "{error}");
+        assert_eq!(std::fs::read(folder.join("plain")).unwrap(), b"text");
+    });
+}
+
+#[test]
+fn damaged_stimuli_are_refused_by_name() {
+    let run = ["run", "demo", "--stimuli", "s", "--study", "study", "--participant", "P1", "--observer", "simulated:guess"];
+    let copy = |folder: &Path| {
+        for (name, bytes) in tree(small_stimuli()) {
+            let path = folder.join("s").join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, bytes).unwrap();
+        }
+    };
+    in_folder(|folder| {
+        copy(folder);
+        let manifest = folder.join("s/M2-S2-T4-A4/sequence.json");
+        let text = std::fs::read(&manifest).unwrap();
+        std::fs::write(&manifest, &text[..text.len() / 2]).unwrap();
+        let error = fail(folder, 1, &run);
+        assert!(error.contains("M2-S2-T4-A4/sequence.json: not a whole manifest"), "{error}");
+        // `render` does not take it for finished either, nor does it overwrite it.
+        let error = fail(folder, 1, &["render", "demo", "-o", "s", "--size", "16x9", "--device", "cpu"]);
+        assert!(error.contains("M2-S2-T4-A4/sequence.json") && error.contains("remove its folder"), "{error}");
+    });
+    in_folder(|folder| {
+        copy(folder);
+        // The middle frame becomes the thumbnail.
+        let frame = folder.join("s/M2-S2-T3-A3/frame-0012.png");
+        let bytes = std::fs::read(&frame).unwrap();
+        std::fs::write(&frame, &bytes[..bytes.len() / 2]).unwrap();
+        let error = fail(folder, 1, &run);
+        assert!(error.contains("frame-0012.png: not a whole PNG"), "{error}");
+        let other = std::fs::read(folder.join("s/M2-S2-T5-A3/frame-0012.png")).unwrap();
+        std::fs::write(&frame, other).unwrap();
+        let error = fail(folder, 1, &run);
+        assert!(error.contains("frame-0012.png: its pixels hash to"), "{error}");
+    });
+    in_folder(|folder| {
+        copy(folder);
+        std::fs::remove_dir_all(folder.join("s/M2-S2-T5-A5")).unwrap();
+        let error = fail(folder, 1, &run);
+        assert!(error.contains("T5") && error.contains("A5"), "{error}");
+    });
+}
+
+#[test]
+fn participants_are_codes() {
+    in_folder(|folder| {
+        for code in ["../up", "a/b", "Ada Lovelace", "ada@lab.org", ""] {
+            let stimuli = small_stimuli().display().to_string();
+            let args = ["run", "demo", "--stimuli", &stimuli, "--study", "study", "--participant", code, "--observer", "simulated:guess"];
+            let error = fail(folder, 2, &args);
+            assert!(error.contains(code) && error.contains("'--participant"), "{code}: {error}");
+        }
+        assert!(tree(folder).is_empty());
+    });
+}
+
+#[test]
+fn vote_tables_that_cannot_be() {
+    for (text, expect) in [
+        ("item,count\nA,1\nB,2\n", "votes.csv: column `votes` is missing"),
+        ("item,votes\nA,-1\nB,2\n", "votes.csv: line 2: votes of `A`: `-1`"),
+        ("item,votes\nA,1.5\nB,2\n", "votes.csv: line 2: votes of `A`: `1.5`"),
+        ("item,votes\nA,5\nB,6\n", "their sum is 11"),
+        ("item,votes\nA,5\nA,5\n", "each item may come once"),
+        ("\u{0}\u{1}\u{2}", "votes.csv: column"),
+    ] {
+        in_folder(|folder| {
+            std::fs::write(folder.join("votes.csv"), text).unwrap();
+            let error = fail(folder, 1, &["analyze", "--votes", "votes.csv", "--observers", "10", "-o", "out"]);
+            assert!(error.contains(expect), "{text:?}: {error}");
+            assert!(!folder.join("out").exists());
+        });
+    }
+    in_folder(|folder| {
+        let error = fail(folder, 1, &["analyze", "--votes", "none.csv", "--observers", "10"]);
+        assert!(error.contains("none.csv: cannot be read"), "{error}");
+        let error = fail(folder, 2, &["analyze", "--votes", "none.csv"]);
+        assert!(error.contains("--observers"), "{error}");
+        let error = fail(folder, 1, &["analyze", "nothing-here"]);
+        assert!(error.contains("nothing-here"), "{error}");
+    });
+}
+
+/// A full disk in the middle of a render: the frames that were whole stay, no manifest says that the
+/// sequence is finished, and the next run goes on.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk() {
+    in_folder(|folder| {
+        let limited = |limit: &str| {
+            let command = format!("ulimit -f {limit}; trap '' XFSZ; exec \"$0\" render demo -o out --size 64x36 --device cpu --select shutter=T3,samples=A3");
+            let output = std::process::Command::new("bash")
+                .args(["-c", &command, env!("CARGO_BIN_EXE_shutterlab")])
+                .current_dir(folder)
+                .output()
+                .unwrap();
+            (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+        };
+        // Files of at most 4 KiB: a frame of 64×36 pixels needs more.
+        let (status, stderr) = limited("4");
+        assert_eq!(status, Some(1), "{stderr}");
+        assert!(stderr.contains("error: ") && stderr.contains("frame-0000.png: File too large"), "{stderr}");
+        let left = tree(folder);
+        assert!(left.keys().all(|name| !name.ends_with("sequence.json") && name.extension().is_some_and(|e| e != "png")));
+        assert!(left.keys().all(|name| !name.to_string_lossy().ends_with(".partial")), "{:?}", left.keys());
+        let (status, stderr) = limited("unlimited");
+        assert_eq!(status, Some(0), "{stderr}");
+    });
+}

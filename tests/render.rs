@@ -1,0 +1,105 @@
+//! `render`: manifests, resuming after `kill -9`, and the same bytes again.
+
+use crate::support::{fail, run_in, shutterlab, small_stimuli, succeed, tree};
+use shutterlab_stimuli::Sequence;
+use std::path::Path;
+use std::process::Stdio;
+use std::time::Duration;
+
+const SMALL: [&str; 6] = ["--size", "32x18", "--device", "cpu", "--select", "samples=A3"];
+
+fn render<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    [&["render", "demo", "-o", out], SMALL.as_slice(), more].concat()
+}
+
+/// Everything that a render leaves, without the time it took.
+fn pixels_and_manifests(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let without_time = |name: &Path, bytes: Vec<u8>| {
+        if !name.ends_with("sequence.json") {
+            return bytes;
+        }
+        let mut manifest: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
+        manifest.as_object_mut().unwrap().remove("render_seconds");
+        manifest.to_string().into_bytes()
+    };
+    tree(folder).into_iter().map(|(name, bytes)| (name.display().to_string(), without_time(&name, bytes))).collect()
+}
+
+/// Killed again and again at other moments, a render goes on and ends with the same bytes as one that
+/// was left alone, and nothing else in its folders.
+#[test]
+fn a_killed_render_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    succeed(folder.path(), &render("whole", &[]));
+    let mut kills = 0;
+    for attempt in 0..200_u64 {
+        let mut child = shutterlab();
+        child.current_dir(folder.path()).args(render("killed", &[])).stderr(Stdio::null()).stdout(Stdio::null());
+        let mut child = child.spawn().unwrap();
+        // Moments that have no common rhythm with the frames.
+        std::thread::sleep(Duration::from_millis(20 + attempt * 37 % 150));
+        if child.try_wait().unwrap().is_some() {
+            break;
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        kills += 1;
+    }
+    succeed(folder.path(), &render("killed", &[]));
+    assert!(kills >= 3, "only {kills} kills hit a render under way");
+    let (whole, mut killed) = (pixels_and_manifests(&folder.path().join("whole")), pixels_and_manifests(&folder.path().join("killed")));
+    // A kill in the middle of a write leaves its temporary file, which no reader takes for a frame.
+    killed.retain(|(name, _)| !name.ends_with(".partial"));
+    assert!(whole == killed);
+}
+
+#[test]
+fn what_is_finished_is_not_rendered_again() {
+    let folder = tempfile::tempdir().unwrap();
+    succeed(folder.path(), &render("out", &["--frames", "0..2"]));
+    let before = tree(folder.path());
+    let again = run_in(folder.path(), &render("out", &["--frames", "0..2"]));
+    assert!(String::from_utf8_lossy(&again.stderr).contains("was finished"));
+    assert_eq!(before, tree(folder.path()));
+    // More frames are added to what is there.
+    succeed(folder.path(), &render("out", &["--frames", "1..4"]));
+    let sequence = Sequence::open(&folder.path().join("out/M2-S2-T3-A3")).unwrap();
+    let frames: Vec<u32> = sequence.manifest.frames.iter().map(|frame| frame.index).collect();
+    assert_eq!(frames, [0, 1, 2, 3]);
+}
+
+/// A frame rendered alone is the frame of the whole sequence.
+#[test]
+fn a_frame_alone_is_the_same_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    succeed(folder.path(), &["render", "demo", "-o", "one", "--size", "16x9", "--device", "cpu", "--frames", "7..8"]);
+    for sequence in Sequence::open_all(&folder.path().join("one")).unwrap() {
+        let id = &sequence.manifest.stimulus.id;
+        let whole = Sequence::open(&small_stimuli().join(id)).unwrap();
+        assert_eq!(sequence.manifest.frames[0], whole.manifest.frames[7], "{id}");
+    }
+}
+
+/// A changed definition never mixes with what is there.
+#[test]
+fn another_definition_is_refused_by_its_field() {
+    let folder = tempfile::tempdir().unwrap();
+    succeed(folder.path(), &render("out", &["--frames", "0..1"]));
+    let grid = include_str!("../stimuli/grids/demo.toml").replace("seed = 2012", "seed = 2013");
+    std::fs::write(folder.path().join("demo2.toml"), grid).unwrap();
+    let mut args = render("out", &["--frames", "0..1"]);
+    args[1] = "demo2.toml";
+    let error = fail(folder.path(), 1, &args);
+    assert!(error.contains("seed: 2012, now 2013"), "{error}");
+}
+
+/// The shipped grid of the thesis has its 225 sequences, of four seconds each.
+#[test]
+fn the_thesis_grid_is_whole() {
+    let grid = shutterlab_stimuli::Grid::load("rolling-sphere-mono").unwrap();
+    let stimuli = grid.stimuli(&Default::default()).unwrap();
+    assert_eq!(stimuli.len(), 225);
+    assert!(stimuli.iter().all(|s| f64::from(s.image.frames) / s.image.fps == 4.0));
+    let ids: std::collections::BTreeSet<&str> = stimuli.iter().map(|s| s.id.as_str()).collect();
+    assert_eq!(ids.len(), 225);
+}

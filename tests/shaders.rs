@@ -1,0 +1,64 @@
+//! Shaders without a GPU: they validate, and the structs they share with Rust have the same fields at
+//! the same places.
+
+use shutterlab::gpu::shader::join;
+use shutterlab::pipelines::distribution_ray_tracing::FrameParams;
+use shutterlab::pipelines::distribution_ray_tracing::compute::{EnvironmentParams, WGSL};
+use shutterlab::shading::material::Material;
+use std::collections::BTreeMap;
+
+type Layout = (usize, BTreeMap<String, usize>);
+
+/// Size of a Rust struct and the offset of each named field; fields that only pad are left out.
+macro_rules! layout {
+    ($type:ty { $($field:ident),* $(,)? }) => {{
+        let fields = BTreeMap::from([$((stringify!($field).to_string(), std::mem::offset_of!($type, $field))),*]);
+        // A field that the list above forgets would not compile here.
+        #[allow(clippy::no_effect_underscore_binding, reason = "the pattern is the check")]
+        fn _all_fields_are_listed(value: $type) { let $type { $($field: _,)* .. } = value; }
+        (stringify!($type), (size_of::<$type>(), fields))
+    }};
+}
+
+fn layouts_in_rust() -> Vec<(&'static str, Layout)> {
+    vec![
+        layout!(FrameParams {
+            camera_position, width, camera_forward, height, camera_right, focal_length_px, camera_up,
+            sphere_radius, rolling_x, rolling_travel, rolling_angle, rolling_bounce, floor_albedo,
+            floor_half_side, first_sample, sample_count, key, material,
+        }),
+        layout!(Material { light, kind, dark, frequency, octaves, contrast }),
+        layout!(EnvironmentParams { width, height, row_bits, column_bits, flux }),
+    ]
+}
+
+fn module() -> naga::Module {
+    let source = join(WGSL);
+    let module = naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
+    let mut validator =
+        naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::default());
+    validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
+    module
+}
+
+fn layout_in_wgsl(module: &naga::Module, name: &str) -> Layout {
+    let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name));
+    match &found.unwrap_or_else(|| panic!("no struct {name}")).1.inner {
+        naga::TypeInner::Struct { members, span } => {
+            let field = |m: &naga::StructMember| (m.name.clone().unwrap(), m.offset as usize);
+            (*span as usize, members.iter().map(field).collect())
+        }
+        other => panic!("{name} is {other:?}"),
+    }
+}
+
+#[test]
+fn structs_are_laid_out_alike() {
+    let module = module();
+    for (name, (size, fields)) in layouts_in_rust() {
+        // EnvironmentParams is what Rust calls the shader's Environment.
+        let (wgsl_size, wgsl_fields) = layout_in_wgsl(&module, name.trim_end_matches("Params").replace("Frame", "FrameParams").as_str());
+        assert_eq!(fields, wgsl_fields, "{name}");
+        assert!(wgsl_size <= size, "{name}: {wgsl_size} bytes in WGSL, {size} in Rust");
+    }
+}

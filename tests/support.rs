@@ -1,0 +1,64 @@
+//! What the tests share: running the command, small stimuli, temporary folders.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+/// The built command.
+pub fn shutterlab() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_shutterlab"))
+}
+
+/// Runs the command in `folder` with `args`.
+pub fn run_in(folder: &Path, args: &[&str]) -> Output {
+    shutterlab().current_dir(folder).args(args).output().unwrap()
+}
+
+/// Runs the command, which must succeed, and returns its stdout.
+pub fn succeed(folder: &Path, args: &[&str]) -> String {
+    let output = run_in(folder, args);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{args:?}: {stderr}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Runs the command, which must fail with `status` and one error line on stderr, and returns that line.
+pub fn fail(folder: &Path, status: i32, args: &[&str]) -> String {
+    let output = run_in(folder, args);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(status), "{args:?}: {stderr}");
+    let errors: Vec<&str> = stderr.lines().filter(|line| line.starts_with("error: ")).collect();
+    let last = stderr.lines().last().unwrap_or_default();
+    assert!(errors == [last] || errors.last() == Some(&last), "{args:?}: {stderr}");
+    last.to_string()
+}
+
+/// The demo grid's nine sequences at 16×9 pixels, rendered once for all tests.
+pub fn small_stimuli() -> &'static Path {
+    static STIMULI: OnceLock<tempfile::TempDir> = OnceLock::new();
+    let folder = STIMULI.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        succeed(folder.path(), &["render", "demo", "-o", "stimuli", "--size", "16x9", "--device", "cpu"]);
+        folder
+    });
+    static PATH: OnceLock<PathBuf> = OnceLock::new();
+    PATH.get_or_init(|| folder.path().join("stimuli"))
+}
+
+/// Every file below `folder` with its bytes, by relative path.
+pub fn tree(folder: &Path) -> std::collections::BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = std::collections::BTreeMap::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(&next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path.strip_prefix(folder).unwrap().to_path_buf();
+                files.insert(name, std::fs::read(&path).unwrap());
+            }
+        }
+    }
+    files
+}
