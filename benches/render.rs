@@ -73,9 +73,16 @@ fn main() -> Result<(), Failure> {
                 per_core_s / 1e6
             );
             let name = described.adapter.replace(',', ";");
-            writeln!(csv, "{},{name},{samples},{wall},{core},{per_s},{per_core_s},{error}", described.kind)?;
+            writeln!(
+                csv,
+                "{},{name},{samples},{wall},{core},{per_s},{per_core_s},{error}",
+                described.kind
+            )?;
         }
-        println!("to a relative MSE of {TARGET_RELATIVE_MSE}: {:.2} s, {:.2} core-seconds\n", to_target.0, to_target.1);
+        println!(
+            "to a relative MSE of {TARGET_RELATIVE_MSE}: {:.2} s, {:.2} core-seconds\n",
+            to_target.0, to_target.1
+        );
     }
     Ok(())
 }

@@ -25,7 +25,10 @@ const TABLES: [(&str, &str, u64, &[&str]); 5] = [
 
 fn analyze(table: &str, observers: &str) -> Value {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("analysis/published");
-    let json = succeed(&folder, &["analyze", "--votes", &format!("{table}.csv"), "--observers", observers, "--json"]);
+    let json = succeed(
+        &folder,
+        &["analyze", "--votes", &format!("{table}.csv"), "--observers", observers, "--json"],
+    );
     serde_json::from_str(&json).unwrap()
 }
 
@@ -44,9 +47,14 @@ fn published_votes_give_their_groups() {
             .as_array()
             .unwrap()
             .iter()
-            .map(|group| sorted(group.as_array().unwrap().iter().map(|item| item.as_str().unwrap()).collect()))
+            .map(|group| {
+                sorted(
+                    group.as_array().unwrap().iter().map(|item| item.as_str().unwrap()).collect(),
+                )
+            })
             .collect();
-        let expected: Vec<String> = groups.iter().map(|group| sorted(group.split(' ').collect())).collect();
+        let expected: Vec<String> =
+            groups.iter().map(|group| sorted(group.split(' ').collect())).collect();
         assert_eq!(found, expected, "{table}");
     }
 }
@@ -65,7 +73,10 @@ fn what_does_not_follow_is_null_with_a_reason() {
 fn a_matrix_gives_what_votes_cannot() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("m.csv"), ",a,b,c\na,0,9,8\nb,1,0,7\nc,2,3,0\n").unwrap();
-    let json = succeed(folder.path(), &["analyze", "--matrix", "m.csv", "--observers", "10", "--json", "-o", "out"]);
+    let json = succeed(
+        folder.path(),
+        &["analyze", "--matrix", "m.csv", "--observers", "10", "--json", "-o", "out"],
+    );
     let analysis: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(analysis["items"], serde_json::json!(["a", "b", "c"]));
     // Σ = C(9,2) + C(8,2) + C(7,2) + C(2,2) + C(3,2) = 36 + 28 + 21 + 1 + 3 = 89; u = 2·89/(45·3) − 1.
@@ -77,6 +88,10 @@ fn a_matrix_gives_what_votes_cannot() {
 
 #[test]
 fn a_level_out_of_range_is_refused() {
-    let error = fail(Path::new("."), 2, &["analyze", "--votes", "x.csv", "--observers", "5", "--alpha", "2"]);
+    let error = fail(
+        Path::new("."),
+        2,
+        &["analyze", "--votes", "x.csv", "--observers", "5", "--alpha", "2"],
+    );
     assert!(error.contains("0.5 is needed"), "{error}");
 }

@@ -12,9 +12,13 @@ fn in_folder(check: impl FnOnce(&Path)) {
 #[test]
 fn words_that_name_nothing() {
     in_folder(|folder| {
-        let render = |more: &[&str]| fail(folder, 2, &[&["render", "demo", "-o", "out"], more].concat());
+        let render =
+            |more: &[&str]| fail(folder, 2, &[&["render", "demo", "-o", "out"], more].concat());
         for (words, expect) in [
-            (&["--select", "shuter=T5"] as &[&str], "shuter: the axes are material, speed, shutter, samples; did you mean shutter?"),
+            (
+                &["--select", "shuter=T5"] as &[&str],
+                "shuter: the axes are material, speed, shutter, samples; did you mean shutter?",
+            ),
             (&["--select", "shutter=T9"], "shutter=T9: the levels of shutter are T3, T4, T5"),
             (&["--select", "shutter"], "shutter: AXIS=LEVEL is needed"),
             (&["--size", "0x90"], "0x90"),
@@ -28,7 +32,10 @@ fn words_that_name_nothing() {
             assert!(error.contains(expect), "{words:?}: {error}");
         }
         let error = fail(folder, 2, &["render", "nowhere.toml", "-o", "out"]);
-        assert!(error.contains("nowhere.toml: neither a file nor one of the shipped grids"), "{error}");
+        assert!(
+            error.contains("nowhere.toml: neither a file nor one of the shipped grids"),
+            "{error}"
+        );
         assert!(tree(folder).is_empty(), "{:?}", tree(folder).keys());
     });
 }
@@ -45,10 +52,18 @@ fn grids_with_a_wrong_value() {
         ("A3 = 256", "A3 = 0", "axes.samples.A3: 0"),
         ("A3 = 256", "A3 = -4", "A3"),
         ("T5 = 1.0", "T5 = 1.5", "axes.shutter_open_fraction.T5: 1.5: 0 to 1"),
-        ("M2 = \"checker\"", "M2 = \"chequer\"", "axes.material.M2: chequer: the grid's materials are checker"),
+        (
+            "M2 = \"checker\"",
+            "M2 = \"chequer\"",
+            "axes.material.M2: chequer: the grid's materials are checker",
+        ),
         ("cells = 8", "cells = 7", "materials.checker.cells: 7"),
         ("schema = 1", "schema = 2", "schema: 2: this version reads schema 1"),
-        ("scene = \"rolling-sphere\"", "scene = \"rolling-cube\"", "rolling-cube: shipped scenes are rolling-sphere"),
+        (
+            "scene = \"rolling-sphere\"",
+            "scene = \"rolling-cube\"",
+            "rolling-cube: shipped scenes are rolling-sphere",
+        ),
         ("seed = 2012", "seed = ", "line"),
         ("T3 = 0.5", "\"../T3\" = 0.5", "letters and digits"),
     ] {
@@ -66,7 +81,11 @@ fn grids_with_a_wrong_value() {
 fn an_output_folder_under_a_regular_file() {
     in_folder(|folder| {
         std::fs::write(folder.join("plain"), "text").unwrap();
-        let error = fail(folder, 1, &["render", "demo", "-o", "plain/out", "--size", "16x9", "--device", "cpu"]);
+        let error = fail(
+            folder,
+            1,
+            &["render", "demo", "-o", "plain/out", "--size", "16x9", "--device", "cpu"],
+        );
         assert!(error.contains("plain/out"), "{error}");
         assert_eq!(std::fs::read(folder.join("plain")).unwrap(), b"text");
     });
@@ -74,7 +93,18 @@ fn an_output_folder_under_a_regular_file() {
 
 #[test]
 fn damaged_stimuli_are_refused_by_name() {
-    let run = ["run", "demo", "--stimuli", "s", "--study", "study", "--participant", "P1", "--observer", "simulated:guess"];
+    let run = [
+        "run",
+        "demo",
+        "--stimuli",
+        "s",
+        "--study",
+        "study",
+        "--participant",
+        "P1",
+        "--observer",
+        "simulated:guess",
+    ];
     let copy = |folder: &Path| {
         for (name, bytes) in tree(small_stimuli()) {
             let path = folder.join("s").join(name);
@@ -90,8 +120,12 @@ fn damaged_stimuli_are_refused_by_name() {
         let error = fail(folder, 1, &run);
         assert!(error.contains("M2-S2-T4-A4/sequence.json: not a whole manifest"), "{error}");
         // `render` does not take it for finished either, nor does it overwrite it.
-        let error = fail(folder, 1, &["render", "demo", "-o", "s", "--size", "16x9", "--device", "cpu"]);
-        assert!(error.contains("M2-S2-T4-A4/sequence.json") && error.contains("remove its folder"), "{error}");
+        let error =
+            fail(folder, 1, &["render", "demo", "-o", "s", "--size", "16x9", "--device", "cpu"]);
+        assert!(
+            error.contains("M2-S2-T4-A4/sequence.json") && error.contains("remove its folder"),
+            "{error}"
+        );
     });
     in_folder(|folder| {
         copy(folder);
@@ -119,7 +153,18 @@ fn participants_are_codes() {
     in_folder(|folder| {
         for code in ["../up", "a/b", "Ada Lovelace", "ada@lab.org", ""] {
             let stimuli = small_stimuli().display().to_string();
-            let args = ["run", "demo", "--stimuli", &stimuli, "--study", "study", "--participant", code, "--observer", "simulated:guess"];
+            let args = [
+                "run",
+                "demo",
+                "--stimuli",
+                &stimuli,
+                "--study",
+                "study",
+                "--participant",
+                code,
+                "--observer",
+                "simulated:guess",
+            ];
             let error = fail(folder, 2, &args);
             assert!(error.contains(code) && error.contains("'--participant"), "{code}: {error}");
         }
@@ -139,7 +184,11 @@ fn vote_tables_that_cannot_be() {
     ] {
         in_folder(|folder| {
             std::fs::write(folder.join("votes.csv"), text).unwrap();
-            let error = fail(folder, 1, &["analyze", "--votes", "votes.csv", "--observers", "10", "-o", "out"]);
+            let error = fail(
+                folder,
+                1,
+                &["analyze", "--votes", "votes.csv", "--observers", "10", "-o", "out"],
+            );
             assert!(error.contains(expect), "{text:?}: {error}");
             assert!(!folder.join("out").exists());
         });
@@ -161,7 +210,9 @@ fn vote_tables_that_cannot_be() {
 fn a_full_disk() {
     in_folder(|folder| {
         let limited = |limit: &str| {
-            let command = format!("ulimit -f {limit}; trap '' XFSZ; exec \"$0\" render demo -o out --size 64x36 --device cpu --select shutter=T3,samples=A3");
+            let command = format!(
+                "ulimit -f {limit}; trap '' XFSZ; exec \"$0\" render demo -o out --size 64x36 --device cpu --select shutter=T3,samples=A3"
+            );
             let output = std::process::Command::new("bash")
                 .args(["-c", &command, env!("CARGO_BIN_EXE_shutterlab")])
                 .current_dir(folder)
@@ -172,10 +223,20 @@ fn a_full_disk() {
         // Files of at most 4 KiB: a frame of 64×36 pixels needs more.
         let (status, stderr) = limited("4");
         assert_eq!(status, Some(1), "{stderr}");
-        assert!(stderr.contains("error: ") && stderr.contains("frame-0000.png: File too large"), "{stderr}");
+        assert!(
+            stderr.contains("error: ") && stderr.contains("frame-0000.png: File too large"),
+            "{stderr}"
+        );
         let left = tree(folder);
-        assert!(left.keys().all(|name| !name.ends_with("sequence.json") && name.extension().is_some_and(|e| e != "png")));
-        assert!(left.keys().all(|name| !name.to_string_lossy().ends_with(".partial")), "{:?}", left.keys());
+        assert!(
+            left.keys().all(|name| !name.ends_with("sequence.json")
+                && name.extension().is_some_and(|e| e != "png"))
+        );
+        assert!(
+            left.keys().all(|name| !name.to_string_lossy().ends_with(".partial")),
+            "{:?}",
+            left.keys()
+        );
         let (status, stderr) = limited("unlimited");
         assert_eq!(status, Some(0), "{stderr}");
     });

@@ -1,5 +1,6 @@
 //! The one integration test binary: everything together, with the built command.
 #![cfg(feature = "cli")]
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on should panic")]
 
 /// What the tests share: running the command, small stimuli, temporary folders.
 mod support;

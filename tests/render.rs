@@ -22,7 +22,10 @@ fn pixels_and_manifests(folder: &Path) -> Vec<(String, Vec<u8>)> {
         manifest.as_object_mut().unwrap().remove("render_seconds");
         manifest.to_string().into_bytes()
     };
-    tree(folder).into_iter().map(|(name, bytes)| (name.display().to_string(), without_time(&name, bytes))).collect()
+    tree(folder)
+        .into_iter()
+        .map(|(name, bytes)| (name.display().to_string(), without_time(&name, bytes)))
+        .collect()
 }
 
 /// Killed again and again at other moments, a render goes on and ends with the same bytes as one that
@@ -34,7 +37,11 @@ fn a_killed_render_goes_on() {
     let mut kills = 0;
     for attempt in 0..200_u64 {
         let mut child = shutterlab();
-        child.current_dir(folder.path()).args(render("killed", &[])).stderr(Stdio::null()).stdout(Stdio::null());
+        child
+            .current_dir(folder.path())
+            .args(render("killed", &[]))
+            .stderr(Stdio::null())
+            .stdout(Stdio::null());
         let mut child = child.spawn().unwrap();
         // Moments that have no common rhythm with the frames.
         std::thread::sleep(Duration::from_millis(20 + attempt * 37 % 150));
@@ -47,7 +54,10 @@ fn a_killed_render_goes_on() {
     }
     succeed(folder.path(), &render("killed", &[]));
     assert!(kills >= 3, "only {kills} kills hit a render under way");
-    let (whole, mut killed) = (pixels_and_manifests(&folder.path().join("whole")), pixels_and_manifests(&folder.path().join("killed")));
+    let (whole, mut killed) = (
+        pixels_and_manifests(&folder.path().join("whole")),
+        pixels_and_manifests(&folder.path().join("killed")),
+    );
     // A kill in the middle of a write leaves its temporary file, which no reader takes for a frame.
     killed.retain(|(name, _)| !name.ends_with(".partial"));
     assert!(whole == killed);
@@ -72,7 +82,10 @@ fn what_is_finished_is_not_rendered_again() {
 #[test]
 fn a_frame_alone_is_the_same_frame() {
     let folder = tempfile::tempdir().unwrap();
-    succeed(folder.path(), &["render", "demo", "-o", "one", "--size", "16x9", "--device", "cpu", "--frames", "7..8"]);
+    succeed(
+        folder.path(),
+        &["render", "demo", "-o", "one", "--size", "16x9", "--device", "cpu", "--frames", "7..8"],
+    );
     for sequence in Sequence::open_all(&folder.path().join("one")).unwrap() {
         let id = &sequence.manifest.stimulus.id;
         let whole = Sequence::open(&small_stimuli().join(id)).unwrap();

@@ -33,7 +33,10 @@ fn sources(folder: &str, endings: &[&str]) -> BTreeMap<PathBuf, String> {
             if path.is_dir() {
                 folders.push(path);
             } else if endings.iter().any(|ending| path.extension().is_some_and(|e| e == *ending)) {
-                files.insert(path.strip_prefix(root()).unwrap().into(), std::fs::read_to_string(&path).unwrap());
+                files.insert(
+                    path.strip_prefix(root()).unwrap().into(),
+                    std::fs::read_to_string(&path).unwrap(),
+                );
             }
         }
     }
@@ -51,7 +54,9 @@ fn imported(text: &str) -> Vec<String> {
             Some(list) => list[..list.find('}').unwrap()].split(',').map(str::trim).collect(),
             None => vec![rest],
         };
-        let first = |name: &str| name.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap().to_string();
+        let first = |name: &str| {
+            name.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap().to_string()
+        };
         rooms.extend(names.into_iter().map(first).filter(|name| !name.is_empty()));
     }
     rooms
@@ -75,9 +80,11 @@ fn rooms_import_only_from_rooms_to_their_left() {
         if ["lib", "main"].contains(&here.as_str()) {
             continue;
         }
-        let here_place = place(&here).unwrap_or_else(|| panic!("{}: no room of the house", path.display()));
+        let here_place =
+            place(&here).unwrap_or_else(|| panic!("{}: no room of the house", path.display()));
         for there in imported(&text) {
-            let there_place = place(&there).unwrap_or_else(|| panic!("{}: crate::{there}", path.display()));
+            let there_place =
+                place(&there).unwrap_or_else(|| panic!("{}: crate::{there}", path.display()));
             if there != here && there_place >= here_place {
                 wrong.push(format!("{}: {here} imports {there}", path.display()));
             }
@@ -89,8 +96,14 @@ fn rooms_import_only_from_rooms_to_their_left() {
 #[test]
 fn pipelines_never_import_one_another() {
     let files = sources("src/pipelines", &["rs"]);
-    let pipeline = |path: &Path| path.components().nth(2).map(|c| c.as_os_str().to_string_lossy().into_owned());
-    let names: Vec<String> = files.keys().filter_map(|path| pipeline(path)).filter(|name| !name.ends_with(".rs")).collect();
+    let pipeline = |path: &Path| {
+        path.components().nth(2).map(|c| c.as_os_str().to_string_lossy().into_owned())
+    };
+    let names: Vec<String> = files
+        .keys()
+        .filter_map(|path| pipeline(path))
+        .filter(|name| !name.ends_with(".rs"))
+        .collect();
     for (path, text) in &files {
         let own = pipeline(path).unwrap();
         for other in names.iter().filter(|name| **name != own && own != "mod.rs") {
@@ -115,14 +128,23 @@ fn packages_depend_only_along_the_arrows() {
                 let name = rest.split(['.', ' ', '=']).next().unwrap();
                 assert!(arrows.contains(&name), "{package} depends on {name}");
             }
-            assert!(!line.starts_with("shutterlab.") && !line.starts_with("shutterlab "), "{package} depends on the root");
+            assert!(
+                !line.starts_with("shutterlab.") && !line.starts_with("shutterlab "),
+                "{package} depends on the root"
+            );
         }
     }
 }
 
 #[test]
 fn features_are_switched_at_the_doors() {
-    let doors = ["src/lib.rs", "src/pipelines/", "src/cli/", "experiments/src/lib.rs", "experiments/src/run.rs"];
+    let doors = [
+        "src/lib.rs",
+        "src/pipelines/",
+        "src/cli/",
+        "experiments/src/lib.rs",
+        "experiments/src/run.rs",
+    ];
     for folder in ["src", "stimuli/src", "experiments/src", "analysis/src", "data-schema/src"] {
         for (path, text) in sources(folder, &["rs"]) {
             let name = path.to_string_lossy().replace('\\', "/");
@@ -135,7 +157,15 @@ fn features_are_switched_at_the_doors() {
 /// A file says in its first line what it is.
 #[test]
 fn files_say_what_they_are() {
-    for folder in ["src", "stimuli/src", "experiments/src", "analysis/src", "data-schema/src", "tests", "benches"] {
+    for folder in [
+        "src",
+        "stimuli/src",
+        "experiments/src",
+        "analysis/src",
+        "data-schema/src",
+        "tests",
+        "benches",
+    ] {
         for (path, text) in sources(folder, &["rs", "wgsl"]) {
             let first = text.lines().next().unwrap_or_default();
             assert!(first.starts_with("//"), "{}: {first}", path.display());

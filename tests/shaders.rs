@@ -9,23 +9,35 @@ use std::collections::BTreeMap;
 
 type Layout = (usize, BTreeMap<String, usize>);
 
-/// Size of a Rust struct and the offset of each named field; fields that only pad are left out.
+/// Size of a Rust struct and the offset of each field, but for those that only pad.
 macro_rules! layout {
-    ($type:ty { $($field:ident),* $(,)? }) => {{
-        let fields = BTreeMap::from([$((stringify!($field).to_string(), std::mem::offset_of!($type, $field))),*]);
-        // A field that the list above forgets would not compile here.
-        #[allow(clippy::no_effect_underscore_binding, reason = "the pattern is the check")]
-        fn _all_fields_are_listed(value: $type) { let $type { $($field: _,)* .. } = value; }
-        (stringify!($type), (size_of::<$type>(), fields))
+    ($type:ident { $($field:ident),* $(,)? }) => {{
+        let fields = [$((stringify!($field).to_string(), std::mem::offset_of!($type, $field))),*];
+        (stringify!($type), (size_of::<$type>(), BTreeMap::from(fields)))
     }};
 }
 
 fn layouts_in_rust() -> Vec<(&'static str, Layout)> {
     vec![
         layout!(FrameParams {
-            camera_position, width, camera_forward, height, camera_right, focal_length_px, camera_up,
-            sphere_radius, rolling_x, rolling_travel, rolling_angle, rolling_bounce, floor_albedo,
-            floor_half_side, first_sample, sample_count, key, material,
+            camera_position,
+            width,
+            camera_forward,
+            height,
+            camera_right,
+            focal_length_px,
+            camera_up,
+            sphere_radius,
+            rolling_x,
+            rolling_travel,
+            rolling_angle,
+            rolling_bounce,
+            floor_albedo,
+            floor_half_side,
+            first_sample,
+            sample_count,
+            key,
+            material,
         }),
         layout!(Material { light, kind, dark, frequency, octaves, contrast }),
         layout!(EnvironmentParams { width, height, row_bits, column_bits, flux }),
@@ -34,9 +46,12 @@ fn layouts_in_rust() -> Vec<(&'static str, Layout)> {
 
 fn module() -> naga::Module {
     let source = join(WGSL);
-    let module = naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
-    let mut validator =
-        naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::default());
+    let module = naga::front::wgsl::parse_str(&source)
+        .unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
+    let mut validator = naga::valid::Validator::new(
+        naga::valid::ValidationFlags::all(),
+        naga::valid::Capabilities::default(),
+    );
     validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
     module
 }
@@ -56,8 +71,8 @@ fn layout_in_wgsl(module: &naga::Module, name: &str) -> Layout {
 fn structs_are_laid_out_alike() {
     let module = module();
     for (name, (size, fields)) in layouts_in_rust() {
-        // EnvironmentParams is what Rust calls the shader's Environment.
-        let (wgsl_size, wgsl_fields) = layout_in_wgsl(&module, name.trim_end_matches("Params").replace("Frame", "FrameParams").as_str());
+        let wgsl_name = if name == "EnvironmentParams" { "Environment" } else { name };
+        let (wgsl_size, wgsl_fields) = layout_in_wgsl(&module, wgsl_name);
         assert_eq!(fields, wgsl_fields, "{name}");
         assert!(wgsl_size <= size, "{name}: {wgsl_size} bytes in WGSL, {size} in Rust");
     }

@@ -38,7 +38,10 @@ pub fn small_stimuli() -> &'static Path {
     static STIMULI: OnceLock<tempfile::TempDir> = OnceLock::new();
     let folder = STIMULI.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
-        succeed(folder.path(), &["render", "demo", "-o", "stimuli", "--size", "16x9", "--device", "cpu"]);
+        succeed(
+            folder.path(),
+            &["render", "demo", "-o", "stimuli", "--size", "16x9", "--device", "cpu"],
+        );
         folder
     });
     static PATH: OnceLock<PathBuf> = OnceLock::new();

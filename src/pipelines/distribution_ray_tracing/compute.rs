@@ -49,7 +49,7 @@ pub struct OnGpu {
 impl OnGpu {
     /// The pipeline on `gpu`.
     pub fn new(gpu: Rc<Gpu>) -> Self {
-        Self { tracer: Tracer::new(), gpu, environment: None }
+        Self { tracer: Tracer::default(), gpu, environment: None }
     }
 }
 
@@ -69,8 +69,8 @@ impl Pipeline for OnGpu {
 }
 
 /// The compiled pipelines: one for each kind of material, because branches that a frame never takes
-/// cost time on SIMD.
-#[derive(Debug)]
+/// cost time on SIMD. None is compiled before it is needed.
+#[derive(Debug, Default)]
 pub struct Tracer {
     pipelines: [Option<wgpu::ComputePipeline>; MATERIAL_KINDS],
 }
@@ -127,11 +127,6 @@ impl EnvironmentBuffers {
 }
 
 impl Tracer {
-    /// No pipeline is compiled before it is needed.
-    pub fn new() -> Self {
-        Self { pipelines: Default::default() }
-    }
-
     /// Draws samples `first_sample..first_sample + sample_count` of every pixel.
     ///
     /// # Errors

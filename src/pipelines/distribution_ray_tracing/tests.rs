@@ -29,15 +29,17 @@ fn on_cpu(stimulus: &Stimulus, frame: u32) -> Film {
     reference::trace(&FrameParams::new(stimulus, frame), &environment)
 }
 
+/// A device's name and how it traces.
+type NamedDevice = (&'static str, Box<dyn FnMut(&FrameParams, &Environment) -> Film>);
+
 /// The devices of this build: the processor, and a graphics adapter where there is one. With
 /// `SHUTTERLAB_REQUIRE_GPU` set, not finding one is a failure.
-fn devices() -> Vec<(&'static str, Box<dyn FnMut(&FrameParams, &Environment) -> Film>)> {
-    let mut devices: Vec<(&'static str, Box<dyn FnMut(&FrameParams, &Environment) -> Film>)> =
-        vec![("cpu", Box::new(reference::trace))];
+fn devices() -> Vec<NamedDevice> {
+    let mut devices: Vec<NamedDevice> = vec![("cpu", Box::new(reference::trace))];
     #[cfg(feature = "gpu")]
     match crate::gpu::device::Gpu::open() {
         Ok(gpu) => {
-            let mut tracer = super::compute::Tracer::new();
+            let mut tracer = super::compute::Tracer::default();
             devices.push((
                 "gpu",
                 Box::new(move |frame, environment| {
