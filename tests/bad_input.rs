@@ -46,7 +46,7 @@ fn grids_with_a_wrong_value() {
     for (from, to, expect) in [
         ("frames = 24", "frames = 0", "image.frames: 0: 1 to 9999 frames are allowed"),
         ("width_px = 192", "width_px = 0", "image.width_px: 0"),
-        ("width_px", "widht_px", "line 15: unknown field `widht_px`"),
+        ("width_px", "widht_px", "line 12: unknown field `widht_px`"),
         ("width_px", "widht_px", "did you mean `width_px`?"),
         ("[axes.samples]", "[axes.sample]", "did you mean `samples`?"),
         ("A3 = 256", "A3 = 0", "axes.samples.A3: 0"),
@@ -211,7 +211,7 @@ fn a_full_disk() {
     in_folder(|folder| {
         let limited = |limit: &str| {
             let command = format!(
-                "ulimit -f {limit}; trap '' XFSZ; exec \"$0\" render demo -o out --size 64x36 --device cpu --select shutter=T3,samples=A3"
+                "ulimit -f {limit}; trap '' XFSZ; exec \"$0\" render demo -o out --size 160x90 --device cpu --select shutter=T3,samples=A3 --frames 0..2"
             );
             let output = std::process::Command::new("bash")
                 .args(["-c", &command, env!("CARGO_BIN_EXE_shutterlab")])
@@ -220,7 +220,7 @@ fn a_full_disk() {
                 .unwrap();
             (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
         };
-        // Files of at most 4 KiB: a frame of 64×36 pixels needs more.
+        // Files of at most 4 KiB: a frame of 160×90 pixels needs more.
         let (status, stderr) = limited("4");
         assert_eq!(status, Some(1), "{stderr}");
         assert!(

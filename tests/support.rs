@@ -65,3 +65,51 @@ pub fn tree(folder: &Path) -> std::collections::BTreeMap<PathBuf, Vec<u8>> {
     }
     files
 }
+
+/// The arguments of `run` that let a simulated observer who guesses answer as `code`: the shipped
+/// protocol, the small stimuli, and the folder `study`.
+pub fn guess<'a>(study: &'a str, code: &'a str) -> Vec<&'a str> {
+    let stimuli = small_stimuli().to_str().unwrap();
+    let folders = ["--stimuli", stimuli, "--study", study];
+    let observer = ["--participant", code, "--observer", "simulated:guess"];
+    [&["run", "demo"], folders.as_slice(), &observer].concat()
+}
+
+/// Where session 1 of `code` in a study of the shipped protocol keeps its answers.
+pub fn answers_of(study: &Path, code: &str) -> PathBuf {
+    study.join(format!("data/study-demo_subject-{code}_session-1_task-2afc_data.csv"))
+}
+
+/// A row of a CSV, by column.
+pub type Row = std::collections::BTreeMap<String, String>;
+
+/// The rows of a CSV (RFC 4180), read without the code that wrote it. What follows the last line end
+/// is left out.
+pub fn table(text: &str) -> Vec<Row> {
+    let (mut records, mut record, mut field) = (vec![], vec![], String::new());
+    let (mut quoted, mut characters) = (false, text.chars().peekable());
+    while let Some(character) = characters.next() {
+        match character {
+            '"' if quoted && characters.next_if_eq(&'"').is_some() => field.push('"'),
+            '"' => quoted = !quoted,
+            ',' if !quoted => record.push(std::mem::take(&mut field)),
+            '\n' if !quoted => {
+                record.push(std::mem::take(&mut field));
+                records.push(std::mem::take(&mut record));
+            }
+            other => field.push(other),
+        }
+    }
+    let mut records = records.into_iter();
+    let names = records.next().unwrap_or_default();
+    let row = |record: Vec<String>| {
+        assert_eq!(record.len(), names.len(), "{record:?}");
+        names.iter().cloned().zip(record).collect()
+    };
+    records.map(row).collect()
+}
+
+/// The rows of the CSV in `file`; see [`table`].
+pub fn read_table(file: &Path) -> Vec<Row> {
+    table(&std::fs::read_to_string(file).unwrap())
+}
