@@ -127,9 +127,14 @@ fn fifty_kills_lose_no_answer_and_double_none() {
             if output.status.success() {
                 break;
             }
-            // Hit: this very process had opened the session and left it unfinished.
             let answered = table(&String::from_utf8(seen.clone()).unwrap()).len();
-            if killed.log(&code).len() > logged && answered < TRIALS {
+            let log = killed.log(&code);
+            // A trial begins when the one before has been answered.
+            let begun = log.iter().rfind(|(event, _)| event == "trial-begun");
+            let begun = begun.map_or(1, |(_, trial)| trial.parse().unwrap());
+            assert!(answered + 1 >= begun, "{code}: trial {begun} was begun after {answered} rows");
+            // Hit: this very process had opened the session and left it unfinished.
+            if log.len() > logged && answered < TRIALS {
                 hits += 1;
                 gains += usize::from(gained && answered > 0);
             }
@@ -186,12 +191,7 @@ fn an_open_session_is_refused_to_others() {
     // This process opens the session of P1, as another station would.
     let study = Study::open(&place.study(), &protocols::load("demo").unwrap(), false).unwrap();
     let (recorder, _) = study.session(&"P1".parse().unwrap(), 1).unwrap();
-    let records = || {
-        let is_record = |name: &Path| name.starts_with("data") || name.starts_with("log");
-        let mut files = tree(&place.study());
-        files.retain(|name, _| is_record(name));
-        files
-    };
+    let records = || (tree(&place.study().join("data")), place.log("P1"));
     let before = records();
     let error = fail(place.folder.path(), 1, &guess("study", "P1"));
     assert!(error.contains("subject-P1_session-1_task-2afc_data.lock: locked: subject P1 "));
@@ -255,7 +255,8 @@ fn a_finished_session_is_left_as_it_is() {
 fn a_pilot_stays_apart() {
     let place = Place::new();
     let pilot = place.study().join("pilot");
-    let run_pilot = |code: &str| place.succeed(&[guess("study", code).as_slice(), &["--pilot"]].concat());
+    let run_pilot =
+        |code: &str| place.succeed(&[guess("study", code).as_slice(), &["--pilot"]].concat());
     run_pilot("P1");
     // The pilot came first, and the study itself has not begun.
     let only_pilot: Vec<PathBuf> = tree(&place.study()).into_keys().collect();

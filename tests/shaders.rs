@@ -30,7 +30,7 @@ fn layouts_in_rust() -> Vec<(&'static str, Layout)> {
             sphere_radius,
             rolling_x,
             rolling_travel,
-            rolling_angle,
+            rolling_turns,
             rolling_bounce,
             floor_albedo,
             floor_half_side,

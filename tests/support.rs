@@ -113,3 +113,11 @@ pub fn table(text: &str) -> Vec<Row> {
 pub fn read_table(file: &Path) -> Vec<Row> {
     table(&std::fs::read_to_string(file).unwrap())
 }
+
+/// Skips a test for want of something, and says so; fails where the environment has `variable`, which
+/// forbids skipping.
+#[expect(clippy::print_stdout, reason = "a test that skips itself has to say so")]
+pub fn skip(variable: &str, missing: &str) {
+    assert!(std::env::var_os(variable).is_none(), "{variable} is set, and {missing}");
+    println!("skipped: {missing}");
+}

@@ -1,6 +1,5 @@
 // Warps of uniform numbers into directions: twin of warp.rs.
 
-const TAU: f32 = 6.2831853;
 const PI: f32 = 3.14159265;
 const LUMINANCE = vec3f(0.2126, 0.7152, 0.0722);
 
@@ -14,6 +13,17 @@ fn sin_cos_turns(u: f32) -> vec2f {
     let q = u32(quarter);
     let turned = select(vec2f(s, c), vec2f(c, -s), (q & 1u) == 1u);
     return select(turned, -turned, (q & 2u) == 2u);
+}
+
+// The angle of (x, y) in turns, from −½ to ½.
+fn atan2_turns(y: f32, x: f32) -> f32 {
+    let a = min(abs(x), abs(y)) / max(max(abs(x), abs(y)), 1e-30);
+    let s = a * a;
+    let upper = 0.015706787 + s * (-0.009363046 + s * (0.003784787 + s * -0.0007257134));
+    let eighth = a * (0.15915492 + s * (-0.05304923 + s * (0.031778406 + s * (-0.02228693 + s * upper))));
+    let quarter = select(eighth, 0.25 - eighth, abs(y) > abs(x));
+    let half = select(quarter, 0.5 - quarter, x < 0.0);
+    return select(half, -half, y < 0.0);
 }
 
 // A direction about the unit normal n with density cos θ / π per steradian.

@@ -13,10 +13,9 @@
 //! the largest channel), and an alias slot is one.
 
 use crate::sampling::alias;
-use crate::sampling::warp::sin_cos_turns;
+use crate::sampling::warp::{atan2_turns, sin_cos_turns};
 use glam::{DVec3, Vec3};
 use shutterlab_stimuli::scene;
-use std::f32::consts::FRAC_1_PI;
 use std::f64::consts::{PI, TAU};
 
 /// Size of the built-in maps.
@@ -133,10 +132,9 @@ impl Environment {
     /// steradian. `shift` moves the look-up, in texels.
     pub fn evaluate(&self, direction: Vec3, shift: [f32; 2]) -> (Vec3, f32) {
         let (width, height) = (self.width as f32, self.height as f32);
-        let turns = (-direction.z).atan2(direction.x) * (0.5 * FRAC_1_PI);
-        let x = (0.5 - turns) * width + shift[0];
-        let elevation = direction.y.clamp(-1.0, 1.0).asin();
-        let y = (0.5 - elevation * FRAC_1_PI) * height + shift[1];
+        let cos_elevation = (1.0 - direction.y * direction.y).max(0.0).sqrt();
+        let x = (0.5 - atan2_turns(-direction.z, direction.x)) * width + shift[0];
+        let y = (0.5 - 2.0 * atan2_turns(direction.y, cos_elevation)) * height + shift[1];
         // Around in azimuth, and constant beyond the poles.
         let i = (x - width * (x / width).floor()).min(width - 1.0) as u32;
         let j = y.clamp(0.0, height - 1.0) as u32;

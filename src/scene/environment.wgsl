@@ -33,8 +33,9 @@ fn environment_sample(words: vec4u) -> LightSample {
 fn environment_evaluate(direction: vec3f, shift: vec2f) -> vec4f {
     let width = f32(environment.width);
     let height = f32(environment.height);
-    let x = (0.5 - atan2(-direction.z, direction.x) * (0.5 / PI)) * width + shift.x;
-    let y = (0.5 - asin(clamp(direction.y, -1.0, 1.0)) * (1.0 / PI)) * height + shift.y;
+    let cos_elevation = sqrt(max(1.0 - direction.y * direction.y, 0.0));
+    let x = (0.5 - atan2_turns(-direction.z, direction.x)) * width + shift.x;
+    let y = (0.5 - 2.0 * atan2_turns(direction.y, cos_elevation)) * height + shift.y;
     let i = u32(min(x - width * floor(x / width), width - 1.0));
     let j = u32(clamp(y, 0.0, height - 1.0));
     let radiance = unpack(environment_texels[j * environment.width + i]);

@@ -9,8 +9,8 @@ pub struct Rolling {
     pub x: f32,
     /// Change of x while the shutter is open, in metres.
     pub travel: f32,
-    /// Angle rolled about −z at the frame's time, in radians.
-    pub angle: f32,
+    /// Angle rolled about −z at the frame's time, in turns.
+    pub turns: f32,
     /// |x| at which the sphere turns back; so large that it never does, where it does not.
     pub bounce: f32,
 }
@@ -21,12 +21,12 @@ impl Rolling {
         Self {
             x: path.x_m as f32,
             travel: path.travel_m as f32,
-            angle: path.angle_rad as f32,
+            turns: (path.angle_rad / std::f64::consts::TAU) as f32,
             bounce: path.bounce_m.map_or(1e30, |bounce| bounce as f32),
         }
     }
 
-    /// x of the centre and rolled angle when the part `shutter` ∈ [−½, ½] of the shutter interval,
+    /// x of the centre and the turns rolled when the part `shutter` ∈ [−½, ½] of the shutter interval,
     /// counted from its middle, has passed. The sphere of radius `radius` rolls without slipping.
     pub fn at(&self, shutter: f32, radius: f32) -> (f32, f32) {
         let free = self.x + self.travel * shutter;
@@ -37,6 +37,6 @@ impl Rolling {
         } else {
             free
         };
-        (x, self.angle + (x - self.x) / radius)
+        (x, self.turns + (x - self.x) / (std::f32::consts::TAU * radius))
     }
 }

@@ -1,9 +1,9 @@
 //! Albedo patterns of the sphere over its object-space unit vector n.
 
+use crate::sampling::warp::atan2_turns;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use shutterlab_stimuli::scene;
-use std::f32::consts::{PI, TAU};
 
 /// A pattern with its parameters, as both devices read it.
 #[repr(C)]
@@ -71,9 +71,9 @@ impl Material {
     pub fn albedo(&self, n: Vec3) -> Vec3 {
         match self.kind {
             CHECKER => {
-                let turn = (-n.z).atan2(n.x) / TAU;
-                let u = turn - turn.floor();
-                let v = n.y.clamp(-1.0, 1.0).acos() / PI;
+                let turns = atan2_turns(-n.z, n.x);
+                let u = turns - turns.floor();
+                let v = 2.0 * atan2_turns((1.0 - n.y * n.y).max(0.0).sqrt(), n.y);
                 let cell = (self.frequency * u).floor() + (0.5 * self.frequency * v).floor();
                 // Even where half the cell number is whole.
                 if 0.5 * cell == (0.5 * cell).floor() { self.light } else { self.dark }
@@ -138,6 +138,7 @@ fn lattice_value(x: u32, y: u32, z: u32, octave: u32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f32::consts::TAU;
 
     fn directions() -> impl Iterator<Item = Vec3> {
         // A Fibonacci spiral: even cover of the sphere.

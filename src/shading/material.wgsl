@@ -16,8 +16,8 @@ const NOISE: u32 = 2u;
 
 fn material_albedo(material: Material, n: vec3f) -> vec3f {
     if MATERIAL_KIND == CHECKER {
-        let u = fract(atan2(-n.z, n.x) / TAU);
-        let v = acos(clamp(n.y, -1.0, 1.0)) / PI;
+        let u = fract(atan2_turns(-n.z, n.x));
+        let v = 2.0 * atan2_turns(sqrt(max(1.0 - n.y * n.y, 0.0)), n.y);
         let cell = floor(material.frequency * u) + floor(0.5 * material.frequency * v);
         return select(material.dark, material.light, 0.5 * cell == floor(0.5 * cell));
     }

@@ -62,8 +62,8 @@ pub struct FrameParams {
     pub rolling_x: f32,
     /// See [`Rolling::travel`].
     pub rolling_travel: f32,
-    /// See [`Rolling::angle`].
-    pub rolling_angle: f32,
+    /// See [`Rolling::turns`].
+    pub rolling_turns: f32,
     /// See [`Rolling::bounce`].
     pub rolling_bounce: f32,
     /// Albedo of the floor.
@@ -106,7 +106,7 @@ impl FrameParams {
             sphere_radius: stimulus.scene.sphere.radius_m as f32,
             rolling_x: rolling.x,
             rolling_travel: rolling.travel,
-            rolling_angle: rolling.angle,
+            rolling_turns: rolling.turns,
             rolling_bounce: rolling.bounce,
             floor_albedo: stimulus.scene.floor.albedo as f32,
             floor_half_side: (0.5 * stimulus.scene.floor.side_m) as f32,
@@ -123,7 +123,7 @@ impl FrameParams {
         Rolling {
             x: self.rolling_x,
             travel: self.rolling_travel,
-            angle: self.rolling_angle,
+            turns: self.rolling_turns,
             bounce: self.rolling_bounce,
         }
     }

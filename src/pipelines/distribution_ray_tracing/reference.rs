@@ -5,7 +5,7 @@ use super::{FrameParams, MAX_HITS};
 use crate::film::Film;
 use crate::pipelines::Pipeline;
 use crate::sampling::random::{StreamKey, unit};
-use crate::sampling::warp::cosine_hemisphere;
+use crate::sampling::warp::{cosine_hemisphere, sin_cos_turns};
 use crate::scene::environment::{Environment, luminance};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -63,7 +63,7 @@ fn path_radiance(
 
     let start = words(0);
     let [in_x, in_y, instant, _] = start.map(unit);
-    let (sphere_x, angle) = frame.rolling().at(instant - 0.5, frame.sphere_radius);
+    let (sphere_x, turns) = frame.rolling().at(instant - 0.5, frame.sphere_radius);
     let center = Vec3::new(sphere_x, frame.sphere_radius, 0.0);
 
     let right = (x as f32 + in_x - 0.5 * frame.width as f32) / frame.focal_length_px;
@@ -87,7 +87,7 @@ fn path_radiance(
             }
             Surface::Sphere => {
                 let normal = (origin - center) / frame.sphere_radius;
-                (normal, frame.material.albedo(rotate_about_z(normal, angle)))
+                (normal, frame.material.albedo(rotate_about_z(normal, turns)))
             }
         };
         throughput *= albedo;
@@ -163,8 +163,8 @@ fn floor_distance(half_side: f32, origin: Vec3, direction: Vec3) -> Option<f32> 
     (at.x.abs() <= half_side && at.z.abs() <= half_side).then_some(distance)
 }
 
-/// Turns a world-space vector of a sphere that has rolled by `angle` about −z into object space.
-fn rotate_about_z(v: Vec3, angle: f32) -> Vec3 {
-    let (sin, cos) = angle.sin_cos();
+/// Turns a world-space vector of a sphere that has rolled by `turns` about −z into object space.
+fn rotate_about_z(v: Vec3, turns: f32) -> Vec3 {
+    let (sin, cos) = sin_cos_turns(turns - turns.floor());
     Vec3::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z)
 }

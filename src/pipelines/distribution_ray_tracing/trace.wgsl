@@ -11,7 +11,7 @@ struct FrameParams {
     sphere_radius: f32,
     rolling_x: f32,
     rolling_travel: f32,
-    rolling_angle: f32,
+    rolling_turns: f32,
     rolling_bounce: f32,
     floor_albedo: f32,
     floor_half_side: f32,
@@ -60,7 +60,7 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
 fn path_radiance(x: u32, y: u32, pixel: u32, sample: u32) -> vec3f {
     let start = random_words(frame.key, pixel, sample, 0u);
     let rolled = rolling_at(
-        frame.rolling_x, frame.rolling_travel, frame.rolling_angle, frame.rolling_bounce,
+        frame.rolling_x, frame.rolling_travel, frame.rolling_turns, frame.rolling_bounce,
         unit(start.z) - 0.5, frame.sphere_radius,
     );
     let center = vec3f(rolled.x, frame.sphere_radius, 0.0);
@@ -130,9 +130,8 @@ fn intersect(center: vec3f, origin: vec3f, direction: vec3f, came_from: u32) -> 
     return Hit(NOTHING, 0.0);
 }
 
-// Turns a world-space vector of a sphere that has rolled by `angle` about −z into object space.
-fn rotate_about_z(v: vec3f, angle: f32) -> vec3f {
-    let s = sin(angle);
-    let c = cos(angle);
-    return vec3f(c * v.x - s * v.y, s * v.x + c * v.y, v.z);
+// Turns a world-space vector of a sphere that has rolled by `turns` about −z into object space.
+fn rotate_about_z(v: vec3f, turns: f32) -> vec3f {
+    let turn = sin_cos_turns(fract(turns));
+    return vec3f(turn.y * v.x - turn.x * v.y, turn.x * v.x + turn.y * v.y, v.z);
 }
