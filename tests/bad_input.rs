@@ -1,7 +1,7 @@
 //! Bad input of every kind: one error line that names the file, the field, the value and what was
 //! allowed; exit status 2 for wrong words, 1 for bad files; nothing half-written that looks whole.
 
-use crate::support::{fail, small_stimuli, tree};
+use crate::support::{fail, small_stimuli, succeed, tree};
 use std::path::Path;
 
 fn in_folder(check: impl FnOnce(&Path)) {
@@ -45,12 +45,13 @@ fn grids_with_a_wrong_value() {
     let demo = include_str!("../stimuli/grids/demo.toml");
     for (from, to, expect) in [
         ("frames = 24", "frames = 0", "image.frames: 0: 1 to 9999 frames are allowed"),
-        ("width_px = 192", "width_px = 0", "image.width_px: 0"),
+        ("width_px = 160", "width_px = 0", "image.width_px: 0"),
         ("width_px", "widht_px", "line 12: unknown field `widht_px`"),
         ("width_px", "widht_px", "did you mean `width_px`?"),
         ("[axes.samples]", "[axes.sample]", "did you mean `samples`?"),
         ("A3 = 256", "A3 = 0", "axes.samples.A3: 0"),
-        ("A3 = 256", "A3 = -4", "A3"),
+        ("light = 0.8", "light = 1.5", "materials.checker.light: 1.5: a reflectance is 0 to 1"),
+        ("A3 = 256", "A3 = -4", "line 40: invalid value: integer `-4`"),
         ("T5 = 1.0", "T5 = 1.5", "axes.shutter_open_fraction.T5: 1.5: 0 to 1"),
         (
             "M2 = \"checker\"",
@@ -203,6 +204,92 @@ fn vote_tables_that_cannot_be() {
     });
 }
 
+/// Whatever has happened to a data file, a session that would go on from it loses nothing and says
+/// what is wrong.
+#[test]
+fn data_files_that_were_meddled_with() {
+    let stimuli = small_stimuli().display().to_string();
+    let run = |code| {
+        let study = ["run", "demo", "--stimuli", &stimuli, "--study", "study"];
+        [study.as_slice(), &["--participant", code, "--observer", "simulated:guess"]].concat()
+    };
+    in_folder(|folder| {
+        succeed(folder, &run("P1"));
+        let file = folder.join("study/data/study-demo_subject-P1_session-1_task-2afc_data.csv");
+        let whole = std::fs::read_to_string(&file).unwrap();
+        let lines: Vec<&str> = whole.lines().collect();
+        let joined = whole.replacen(&format!("{}\n", lines[3]), lines[3], 1);
+        let doubled = whole.replacen(lines[4], &format!("{}\n{}", lines[4], lines[4]), 1);
+        for (text, expect) in
+            [(joined, "line 4: 69 fields: 35 are needed"), (doubled, "trial 4: is there twice")]
+        {
+            std::fs::write(&file, &text).unwrap();
+            let error = fail(folder, 1, &run("P1"));
+            assert!(error.contains(expect), "{error}");
+            assert_eq!(std::fs::read_to_string(&file).unwrap(), text);
+        }
+        let error = fail(folder, 1, &run("p1"));
+        assert!(error.contains("code: P1, now p1"), "{error}");
+    });
+}
+
+#[test]
+fn sequences_that_were_meddled_with() {
+    let render = [
+        "render",
+        "demo",
+        "-o",
+        "s",
+        "--size",
+        "16x9",
+        "--device",
+        "cpu",
+        "--select",
+        "shutter=T3",
+    ];
+    in_folder(|folder| {
+        succeed(folder, &render);
+        std::fs::copy(
+            folder.join("s/M2-S2-T3-A3/frame-0001.png"),
+            folder.join("s/M2-S2-T3-A3/frame-0002.png"),
+        )
+        .unwrap();
+        let error = fail(folder, 1, &render);
+        assert!(
+            error.contains("frame-0002.png: its pixels hash to")
+                && error.contains("remove its folder"),
+            "{error}"
+        );
+        std::fs::remove_file(folder.join("s/M2-S2-T3-A3/frame-0002.png")).unwrap();
+        let error = fail(folder, 1, &render);
+        assert!(error.contains("frame-0002.png: cannot be read"), "{error}");
+    });
+    in_folder(|folder| {
+        for (name, bytes) in tree(small_stimuli()) {
+            for copy in ["s", "s/copy of "] {
+                let path = folder.join(format!("{copy}/{}", name.display()).replace("of /", "of "));
+                std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+                std::fs::write(path, &bytes).unwrap();
+            }
+        }
+        let args = [
+            "run",
+            "demo",
+            "--stimuli",
+            "s",
+            "--study",
+            "study",
+            "--participant",
+            "P1",
+            "--observer",
+            "simulated:guess",
+        ];
+        let error = fail(folder, 1, &args);
+        assert!(error.contains("each stimulus may be compared once"), "{error}");
+        assert!(!folder.join("study").exists());
+    });
+}
+
 /// A full disk in the middle of a render: the frames that were whole stay, no manifest says that the
 /// sequence is finished, and the next run goes on.
 #[test]
@@ -230,7 +317,7 @@ fn a_full_disk() {
         let left = tree(folder);
         assert!(
             left.keys().all(|name| !name.ends_with("sequence.json")
-                && name.extension().is_some_and(|e| e != "png"))
+                && name.extension().is_none_or(|e| e != "png"))
         );
         assert!(
             left.keys().all(|name| !name.to_string_lossy().ends_with(".partial")),

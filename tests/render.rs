@@ -116,3 +116,17 @@ fn the_thesis_grid_is_whole() {
     let ids: std::collections::BTreeSet<&str> = stimuli.iter().map(|s| s.id.as_str()).collect();
     assert_eq!(ids.len(), 225);
 }
+
+/// While one process makes a sequence, another is told so and disturbs nothing.
+#[test]
+fn two_renders_into_one_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let sequence = folder.path().join("out/M2-S2-T3-A3");
+    std::fs::create_dir_all(&sequence).unwrap();
+    let lock = std::fs::File::create(sequence.join(".lock")).unwrap();
+    lock.lock().unwrap();
+    let error = fail(folder.path(), 1, &render("out", &["--frames", "0..1"]));
+    assert!(error.contains("another running program is making this sequence"), "{error}");
+    drop(lock);
+    succeed(folder.path(), &render("out", &["--frames", "0..1"]));
+}

@@ -271,6 +271,11 @@ fn consistency_of(judges: &[Judge], t: usize, alpha: f64) -> Result<Consistency,
 fn notes_on(preferences: &Preferences, pairs: usize) -> Vec<String> {
     let mut notes = Vec::new();
     let observers = preferences.observers();
+    if observers < 5 {
+        notes.push(format!(
+            "n = {observers}: the groups and the tests by χ² rest on large-sample distributions."
+        ));
+    }
     if let Some(subjects) = preferences.data_quality.as_ref().map(|data| data.subjects)
         && subjects < observers
     {

@@ -25,9 +25,23 @@ pub fn write_atomically_with(
         let mut file = builder().tempfile_in(folder)?;
         write(file.as_file_mut())?;
         file.as_file().sync_all()?;
-        file.persist(path).map(|_| ()).map_err(|error| error.error)
+        file.persist(path).map_err(|error| error.error)?;
+        sync_folder(folder)
     })()
     .map_err(|error| named(path, &error))
+}
+
+/// Syncs the names in `folder`, where the system lets a folder be opened: without it a power cut can
+/// take away the name of a file whose bytes are safe.
+///
+/// # Errors
+/// The folder cannot be synced.
+pub fn sync_folder(folder: &Path) -> io::Result<()> {
+    #[cfg(unix)]
+    std::fs::File::open(folder)?.sync_all()?;
+    #[cfg(not(unix))]
+    let _ = folder;
+    Ok(())
 }
 
 /// Temporary files that others may read like any file of this user.
@@ -76,6 +90,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plain");
         std::fs::write(&file, b"").unwrap();
-        assert!(create_folder(&file.join("out")).unwrap_err().to_string().contains("plain/out"));
+        let out = file.join("out");
+        let error = create_folder(&out).unwrap_err().to_string();
+        assert!(error.contains(&out.display().to_string()), "{error}");
     }
 }

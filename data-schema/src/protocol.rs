@@ -49,8 +49,8 @@ pub enum Task {
 pub struct Design {
     /// Which pairs are asked.
     pub pairs: Pairs,
-    /// How often each pair is asked, at least 1.
-    #[schemars(range(min = 1))]
+    /// How often each pair is asked, 1 to 1000.
+    #[schemars(range(min = 1, max = 1000))]
     pub repetitions: u32,
     /// Trials between two breaks; no breaks if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -135,8 +135,23 @@ impl Protocol {
         if let Some((axis, _)) = self.stimuli.iter().find(|(_, levels)| levels.is_empty()) {
             return refuse(&format!("stimuli.{axis}"), "[]".into(), "at least one level is needed");
         }
-        if self.design.repetitions == 0 {
-            return refuse("design.repetitions", "0".into(), "at least 1");
+        for (axis, levels) in &self.stimuli {
+            if let Some((_, level)) =
+                levels.iter().enumerate().find(|(index, level)| levels[..*index].contains(level))
+            {
+                return refuse(
+                    &format!("stimuli.{axis}"),
+                    level.clone(),
+                    "each level may come once",
+                );
+            }
+        }
+        if let Some(pair) = self.practice.iter().find(|pair| pair.better == pair.worse) {
+            return refuse("practice", pair.better.clone(), "two different stimuli are needed");
+        }
+        if !(1..=1000).contains(&self.design.repetitions) {
+            let repetitions = self.design.repetitions.to_string();
+            return refuse("design.repetitions", repetitions, "1 to 1000 are allowed");
         }
         if self.design.trials_between_breaks == Some(0) {
             return refuse(

@@ -77,6 +77,14 @@ pub enum RunError {
         /// Its value now.
         now: String,
     },
+    /// A trial is answered twice in the data file.
+    #[error("{}: trial {trial}: is there twice: each trial is answered once; mend the file by hand, nothing was changed", file.display())]
+    Twice {
+        /// The data file.
+        file: PathBuf,
+        /// The trial.
+        trial: u32,
+    },
     /// The window or its device failed.
     #[cfg(feature = "window")]
     #[error(transparent)]
@@ -123,10 +131,17 @@ impl Sitting {
         study.keep_thumbnails(&set)?;
         let (recorder, rows) = study.session(subject, SESSION)?;
         let plan = plan(&protocol.design, set.compared, &set.practice, seed);
+        let mut answered = Vec::new();
         for row in &rows {
-            check_row(row, &plan, &set, &recorder)?;
+            check_row(row, &plan, &set, &recorder, observer)?;
+            if answered.contains(&row.trial) {
+                return Err(RunError::Twice {
+                    file: recorder.data_file().into(),
+                    trial: row.trial,
+                });
+            }
+            answered.push(row.trial);
         }
-        let answered = rows.iter().map(|row| row.trial).collect();
         let kind = match (observer, request.pilot) {
             (PARTICIPANT, true) => TrialKind::Pilot,
             (PARTICIPANT, false) => TrialKind::Real,
@@ -235,6 +250,7 @@ fn check_row(
     plan: &[Trial],
     set: &StimulusSet,
     recorder: &Recorder,
+    observer: &str,
 ) -> Result<(), RunError> {
     let Some(trial) = plan.iter().find(|trial| trial.number == row.trial) else {
         return Err(RunError::OtherTrial {
@@ -247,6 +263,8 @@ fn check_row(
     };
     let (a, b) = (&set.sequences[trial.a].manifest, &set.sequences[trial.b].manifest);
     let fields = [
+        ("session", row.session.to_string(), SESSION.to_string()),
+        ("observer", row.observer.clone(), observer.to_string()),
         ("stimulus_a", row.stimulus_a.clone(), a.stimulus.id.clone()),
         ("stimulus_b", row.stimulus_b.clone(), b.stimulus.id.clone()),
         ("hash_a", row.hash_a.clone(), a.sha256.clone()),
@@ -269,7 +287,10 @@ fn station() -> String {
         .ok()
         .or_else(|| from_file("/proc/sys/kernel/hostname"))
         .or_else(|| from_file("/etc/hostname"))
-        .or_else(|| std::env::var("HOSTNAME").ok())
+        .or_else(|| {
+            let output = std::process::Command::new("hostname").output().ok()?;
+            String::from_utf8(output.stdout).ok()
+        })
         .map(|name| name.trim().to_string())
         .filter(|name| !name.is_empty())
         .unwrap_or_else(|| "unknown".into())

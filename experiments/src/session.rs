@@ -251,6 +251,8 @@ impl Session {
                 Input::Interrupt,
                 State::Lead { .. } | State::First(_) | State::Gap { .. } | State::Second(_),
             ) => self.state = State::Blank,
+            // The rest of a replay is not missed but given up: its frames are not late.
+            (Input::Interrupt, State::Replay(..)) => self.state = State::Question,
             _ => {}
         }
     }

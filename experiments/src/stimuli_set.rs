@@ -58,6 +58,16 @@ pub enum SetError {
         /// Frames of the stimulus.
         needed: u32,
     },
+    /// One stimulus lies in two folders, or the protocol names one of its levels twice.
+    #[error("{}: {id} is also in {}: each stimulus may be compared once", second.display(), first.display())]
+    Twice {
+        /// The stimulus.
+        id: String,
+        /// One folder.
+        first: PathBuf,
+        /// The other.
+        second: PathBuf,
+    },
     /// Two sequences cannot be compared.
     #[error("{first} and {second}: {field} differs: {values}; compared stimuli must agree in it")]
     Differ {
@@ -154,14 +164,20 @@ impl StimulusSet {
                 return Err(SetError::Incomplete { folder, there, needed });
             }
         }
-        let pairs = (1..self.compared).map(|index| (0, index));
-        for (first, second) in pairs.chain(self.practice.iter().copied()) {
-            self.check_pair(self.stimulus(first), self.stimulus(second))?;
+        for index in 1..self.sequences.len() {
+            self.check_like_first(index)?;
+            let same = |other: &Sequence| other.manifest.stimulus.id == self.stimulus(index).id;
+            if let Some(twin) = self.sequences[..index].iter().find(|other| same(other)) {
+                let (first, second) = (twin.folder.clone(), self.sequences[index].folder.clone());
+                return Err(SetError::Twice { id: self.stimulus(index).id.clone(), first, second });
+            }
         }
         Ok(())
     }
 
-    fn check_pair(&self, one: &Stimulus, other: &Stimulus) -> Result<(), SetError> {
+    /// Whatever is shown in a session, practice included, has one size and one rate.
+    fn check_like_first(&self, index: usize) -> Result<(), SetError> {
+        let (one, other) = (self.stimulus(0), self.stimulus(index));
         let (a, b) = (&one.image, &other.image);
         let size = |s: &Stimulus| format!("{}×{}", s.image.width_px, s.image.height_px);
         let (field, values) = if (a.width_px, a.height_px) != (b.width_px, b.height_px) {
@@ -170,8 +186,6 @@ impl StimulusSet {
             ("frames per second", format!("{}, {}", a.fps, b.fps))
         } else if one.pixels_per_degree != other.pixels_per_degree {
             ("pixels per degree", format!("{}, {}", one.pixels_per_degree, other.pixels_per_degree))
-        } else if one.id == other.id {
-            ("folder", format!("{} is there twice", one.id))
         } else {
             return Ok(());
         };

@@ -284,6 +284,10 @@ impl Asking {
             return Ok(Next::OnEvent);
         }
         let too_small = self.is_too_small(shell).then(|| self.image_px());
+        if too_small.is_some() {
+            // What there is no room for is not seen: the trial begins again once there is.
+            self.input(Input::Interrupt, Instant::now());
+        }
         let progress = self.session.progress();
         let view = &self.view;
         let opened = self.opened;

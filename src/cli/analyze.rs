@@ -1,6 +1,6 @@
 //! `shutterlab analyze`: what the answers mean.
 
-use super::UsageError;
+use super::{UsageError, say};
 use shutterlab_analysis::report::{self, ReportContext};
 use shutterlab_analysis::{Analysis, Preferences, analyze, matrix, responses};
 use shutterlab_data_schema::Votes;
@@ -49,12 +49,15 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     };
     let analysis = analyze(&preferences, args.alpha)?;
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&analysis)?);
+        say(&serde_json::to_string_pretty(&analysis)?)?;
     } else {
-        print!("{}", report::text(&analysis));
+        say(&report::text(&analysis))?;
     }
     if let Some(out) = &args.out {
-        let command = std::env::args().collect::<Vec<_>>().join(" ");
+        let command = std::env::args_os()
+            .map(|arg| arg.to_string_lossy().into_owned())
+            .collect::<Vec<_>>()
+            .join(" ");
         let title = args.path.as_deref().or(args.votes.as_deref()).or(args.matrix.as_deref());
         let title = title.map_or(String::new(), |path| path.display().to_string());
         let thumbnails = args.path.as_deref().map_or(Ok(BTreeMap::new()), read_thumbnails)?;

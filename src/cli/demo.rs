@@ -3,6 +3,7 @@
 use super::analyze::{read_thumbnails, write_report};
 use super::render::render;
 use super::run::published_observer;
+use super::say;
 use crate::pipelines::DeviceChoice;
 use anyhow::Context;
 use shutterlab_analysis::{analyze, report, responses};
@@ -52,7 +53,6 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let thumbnails = read_thumbnails(&study)?;
     let page =
         write_report(&analysis, &args.out.join("report"), &protocol.title, &thumbnails, &command)?;
-    print!("{}", report::text(&analysis));
-    println!("\nreport: {}", std::path::absolute(&page)?.display());
-    Ok(())
+    say(&report::text(&analysis))?;
+    say(&format!("\nreport: {}", std::path::absolute(&page)?.display()))
 }

@@ -1,5 +1,6 @@
 //! `shutterlab devices`: what this machine and this build offer.
 
+use super::say;
 use crate::pipelines::{DeviceChoice, OpenDevice};
 
 /// Show what can render on this machine.
@@ -29,15 +30,13 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
                 "methods": ["distribution-ray-tracing"],
             })
         });
-        println!("{:#}", serde_json::Value::from(list.to_vec()));
-        return Ok(());
+        return say(&format!("{:#}", serde_json::Value::from(list.to_vec())));
     }
     for (choice, device, error) in rows {
         match error {
-            None => println!("{choice}: {} {}", device.adapter, device.driver),
-            Some(error) => println!("{choice}: {error}"),
+            None => say(format!("{choice}: {} {}", device.adapter, device.driver).trim_end())?,
+            Some(error) => say(&format!("{choice}: {error}"))?,
         }
     }
-    println!("methods: distribution-ray-tracing");
-    Ok(())
+    say("methods: distribution-ray-tracing")
 }

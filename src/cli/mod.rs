@@ -2,7 +2,7 @@
 //!
 //! Results go to stdout, progress and messages to stderr. Exit status: 0 done, 1 the work failed (bad
 //! files included), 2 the words were wrong.
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "the command line is what prints")]
+#![expect(clippy::print_stderr, reason = "the command line is what prints")]
 
 mod analyze;
 mod demo;
@@ -12,6 +12,7 @@ mod render;
 mod run;
 
 use clap::Parser;
+use std::io::Write;
 use std::process::ExitCode;
 
 /// Motion-blur psychophysics: render stimuli, run the trials, analyse the answers.
@@ -43,6 +44,14 @@ impl UsageError {
     }
 }
 
+/// Prints results to stdout. A reader that has heard enough, such as `head`, is no error.
+fn say(text: &str) -> anyhow::Result<()> {
+    match writeln!(std::io::stdout().lock(), "{}", text.trim_end_matches('\n')) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),
+        _ => Ok(()),
+    }
+}
+
 /// Runs the command line of this process.
 pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -68,8 +77,10 @@ pub fn main() -> ExitCode {
 /// Prints help and version as they are; any other answer of the parser as one line.
 fn refuse(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
-        print!("{error}");
-        return ExitCode::SUCCESS;
+        return match say(&error.to_string()) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(_) => ExitCode::FAILURE,
+        };
     }
     if error.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         eprint!("{error}");

@@ -1,7 +1,7 @@
 //! `shutterlab render`: sequences of a grid, with manifests.
 
-use super::UsageError;
 use super::progress::RenderProgress;
+use super::{UsageError, say};
 use crate::pipelines::DeviceChoice;
 use crate::render::Renderer;
 use anyhow::anyhow;
@@ -76,11 +76,11 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
                 })
             })
             .collect();
-        println!("{:#}", serde_json::Value::from(list));
+        say(&format!("{:#}", serde_json::Value::from(list)))?;
     } else {
         for (sequence, manifest) in described {
             let (folder, frames) = (sequence.folder.display(), manifest.frames.len());
-            println!("{folder}  {frames} frames  sha256 {}", &manifest.sha256[..16]);
+            say(&format!("{folder}  {frames} frames  sha256 {}", &manifest.sha256[..16]))?;
         }
     }
     Ok(())

@@ -1,6 +1,6 @@
 //! `shutterlab run`: a session, in a window or with a simulated observer.
 
-use super::UsageError;
+use super::{UsageError, say};
 use anyhow::Context;
 use shutterlab_analysis::published;
 use shutterlab_data_schema::{ParticipantCode, Votes};
@@ -53,8 +53,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         Some(observer) => run_simulated(&request, observer)?,
         None => in_window(&request)?,
     };
-    report(&outcome);
-    Ok(())
+    report(&outcome)
 }
 
 #[cfg(feature = "window")]
@@ -69,7 +68,7 @@ fn in_window(_: &SessionRequest) -> anyhow::Result<Outcome> {
     )
 }
 
-fn report(outcome: &Outcome) {
+fn report(outcome: &Outcome) -> anyhow::Result<()> {
     let Outcome { subject, data_file, answered_now, answered_before, trials, finished } = outcome;
     let state = match (finished, answered_now) {
         (true, 0) => "was already finished".to_string(),
@@ -79,10 +78,8 @@ fn report(outcome: &Outcome) {
             answered_before + answered_now
         ),
     };
-    println!(
-        "{subject}: {state}; {answered_now} answers now, {answered_before} before, in {}",
-        data_file.display()
-    );
+    let counts = format!("{answered_now} answers now, {answered_before} before");
+    say(&format!("{subject}: {state}; {counts}, in {}", data_file.display()))
 }
 
 /// The simulated observer called `simulated:NAME`.

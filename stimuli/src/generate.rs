@@ -5,7 +5,7 @@ use crate::frames::{EncodedImage, LinearImage};
 use crate::manifest::{self, Device, Frame, Manifest, Sequence, SequenceError, frame_path, json};
 use crate::stimulus::Stimulus;
 use serde::{Deserialize, Serialize};
-use shutterlab_data_schema::files::{create_folder, write_atomically};
+use shutterlab_data_schema::files::{create_folder, named, write_atomically};
 use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -64,6 +64,12 @@ pub enum GenerateError {
         /// What the renderer said.
         source: RenderError,
     },
+    /// Another process is making the same sequence.
+    #[error("{}: another running program is making this sequence; wait for it, or choose another folder", folder.display())]
+    Busy {
+        /// The sequence folder.
+        folder: PathBuf,
+    },
     /// The run was asked to stop.
     #[error("stopped; run the same command again to go on")]
     Stopped,
@@ -81,11 +87,20 @@ pub trait Progress {
 
 /// Who made the frames of a folder that is not yet finished: frames of two devices or two versions
 /// never mix in one sequence.
-#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 struct Origin {
     definition: String,
     program_version: String,
     device: Device,
+    /// Time spent on the frames so far.
+    render_seconds: f64,
+}
+
+impl Origin {
+    fn is_of(&self, other: &Self) -> bool {
+        (&self.definition, &self.program_version, &self.device)
+            == (&other.definition, &other.program_version, &other.device)
+    }
 }
 
 /// File that tells the origin of the frames in a folder that is not yet finished.
@@ -134,6 +149,7 @@ fn make_sequence(
     renderer: &mut dyn Render,
     progress: &mut dyn Progress,
 ) -> Result<(), GenerateError> {
+    let _lock = lock(folder)?;
     let finished = finished_sequence(folder, stimulus)?;
     if let Some(sequence) = &finished
         && range.clone().all(|index| sequence.manifest.frames.iter().any(|f| f.index == index))
@@ -143,28 +159,38 @@ fn make_sequence(
         return Ok(());
     }
 
-    let origin = Origin {
+    let mut origin = Origin {
         definition: json(stimulus),
         program_version: env!("CARGO_PKG_VERSION").into(),
         device: renderer.device(),
+        render_seconds: finished.as_ref().map_or(0.0, |s| s.manifest.render_seconds),
     };
-    claim(folder, finished.as_ref(), &origin)?;
-    let started = Instant::now();
+    claim(folder, finished.as_ref(), &mut origin)?;
     let mut rendered = 0;
     let mut frames = finished.map_or(vec![], |sequence| sequence.manifest.frames);
     for index in range {
         if progress.stop() {
             return Err(GenerateError::Stopped);
         }
+        // What the manifest lists has been held against it when the sequence was opened.
+        if frames.iter().any(|frame| frame.index == index) {
+            progress.frame(stimulus, false);
+            continue;
+        }
         let file = frame_path(folder, index);
         let kept = EncodedImage::read_png(&file).ok();
         let is_new = kept.is_none();
         let image = match kept {
             Some(image) => image,
-            None => render_frame(stimulus, index, &file, renderer)?,
+            None => {
+                let begun = Instant::now();
+                let image = render_frame(stimulus, index, &file, renderer)?;
+                origin.render_seconds += begun.elapsed().as_secs_f64();
+                write_atomically(&folder.join(ORIGIN_FILE), json(&origin).as_bytes())?;
+                image
+            }
         };
         rendered += usize::from(is_new);
-        frames.retain(|frame| frame.index != index);
         frames.push(Frame { index, sha256: image.sha256() });
         progress.frame(stimulus, is_new);
     }
@@ -177,10 +203,11 @@ fn make_sequence(
         frames,
         program_version: origin.program_version,
         device: origin.device,
-        render_seconds: started.elapsed().as_secs_f64(),
+        render_seconds: origin.render_seconds,
     };
     manifest.write(folder)?;
-    std::fs::remove_file(folder.join(ORIGIN_FILE))?;
+    let origin_file = folder.join(ORIGIN_FILE);
+    std::fs::remove_file(&origin_file).map_err(|e| named(&origin_file, &e))?;
     progress.sequence(&Sequence { folder: folder.into(), manifest }, rendered);
     Ok(())
 }
@@ -201,7 +228,8 @@ fn render_frame(
     Ok(image)
 }
 
-/// The finished sequence in `folder`, if there is one; it must be of this very stimulus.
+/// The finished sequence in `folder`, if there is one; it must be of this very stimulus, and its
+/// frames those of its manifest.
 fn finished_sequence(
     folder: &Path,
     stimulus: &Stimulus,
@@ -214,12 +242,19 @@ fn finished_sequence(
         let what = first_difference(&sequence.manifest.stimulus, stimulus);
         return Err(GenerateError::Occupied { folder: folder.into(), what });
     }
+    for frame in &sequence.manifest.frames {
+        sequence.read_frame(frame)?;
+    }
     Ok(Some(sequence))
 }
 
 /// Makes `folder` one whose frames all come from `origin`: removes frames that an interrupted run
 /// left for another definition, version or device, and refuses to mix with a finished sequence.
-fn claim(folder: &Path, finished: Option<&Sequence>, origin: &Origin) -> Result<(), GenerateError> {
+fn claim(
+    folder: &Path,
+    finished: Option<&Sequence>,
+    origin: &mut Origin,
+) -> Result<(), GenerateError> {
     if let Some(Sequence { manifest, .. }) = finished
         && (&manifest.program_version, &manifest.device)
             != (&origin.program_version, &origin.device)
@@ -236,17 +271,32 @@ fn claim(folder: &Path, finished: Option<&Sequence>, origin: &Origin) -> Result<
     let file = folder.join(ORIGIN_FILE);
     let left: Option<Origin> =
         std::fs::read(&file).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
-    if finished.is_none() && left.as_ref() != Some(origin) {
-        for entry in std::fs::read_dir(folder)? {
+    if let Some(left) = left.filter(|left| left.is_of(origin)) {
+        origin.render_seconds = left.render_seconds;
+    } else if finished.is_none() {
+        for entry in std::fs::read_dir(folder).map_err(|e| named(folder, &e))? {
             let path = entry?.path();
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             if name.starts_with("frame-") && name.ends_with(".png") {
-                std::fs::remove_file(&path)?;
+                std::fs::remove_file(&path).map_err(|e| named(&path, &e))?;
             }
         }
     }
-    write_atomically(&file, json(origin).as_bytes())?;
+    write_atomically(&file, json(&*origin).as_bytes())?;
     Ok(())
+}
+
+/// Keeps other processes away from `folder` for as long as the file returned is open.
+fn lock(folder: &Path) -> Result<std::fs::File, GenerateError> {
+    let path = folder.join(".lock");
+    let file = std::fs::File::create(&path).map_err(|e| named(&path, &e))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(std::fs::TryLockError::WouldBlock) => {
+            Err(GenerateError::Busy { folder: folder.into() })
+        }
+        Err(std::fs::TryLockError::Error(error)) => Err(named(&path, &error).into()),
+    }
 }
 
 /// The first field in which two stimuli differ, with both values.

@@ -53,6 +53,9 @@ pub struct Axes {
 /// Names of the axes, in the order in which they make up a stimulus's id.
 const AXES: [&str; 4] = ["material", "speed", "shutter", "samples"];
 
+/// The axes' keys in a grid file.
+const AXIS_KEYS: [&str; 4] = ["material", "speed_deg_per_s", "shutter_open_fraction", "samples"];
+
 /// Grids that come with Shutterlab, by name.
 const SHIPPED: &[(&str, &str)] = &[
     ("demo", include_str!("../grids/demo.toml")),
@@ -136,7 +139,7 @@ impl Grid {
         let refuse = |field: String, value: String, allowed: &str| {
             Err(DefinitionError::value(file, field, value, allowed))
         };
-        for (axis, levels) in self.levels() {
+        for (axis, (_, levels)) in AXIS_KEYS.into_iter().zip(self.levels()) {
             if levels.is_empty() {
                 return refuse(
                     format!("axes.{axis}"),
@@ -260,13 +263,14 @@ fn check_material(field: &str, material: &Material, file: &str) -> Result<(), De
         Err(DefinitionError::value(file, format!("{field}.{key}"), value, allowed))
     };
     let reflectances = match material {
-        Material::Constant { albedo } => albedo.to_vec(),
+        Material::Constant { albedo } => albedo.map(|value| ("albedo", value)).to_vec(),
         Material::Checker { light, dark, .. } | Material::Noise { light, dark, .. } => {
-            vec![*light, *dark]
+            vec![("light", *light), ("dark", *dark)]
         }
     };
-    if let Some(value) = reflectances.iter().find(|value| !(0.0..=1.0).contains(*value)) {
-        return refuse("albedo", value.to_string(), "a reflectance is 0 to 1");
+    if let Some((key, value)) = reflectances.iter().find(|(_, value)| !(0.0..=1.0).contains(value))
+    {
+        return refuse(key, value.to_string(), "a reflectance is 0 to 1");
     }
     match *material {
         Material::Checker { cells, .. } if cells == 0 || cells % 2 == 1 || cells > 4096 => {

@@ -98,7 +98,8 @@ impl Stimulus {
     ///
     /// At time t it has covered x(t) = v·(t − half the sequence's length). With `wrap` the period
     /// is 2·(half the view's width + radius + v/fps), and whole periods are taken off per frame,
-    /// so that no shutter interval contains the jump; the angle follows the unwrapped distance.
+    /// so that no shutter interval contains the jump; the angle follows the unwrapped distance. The
+    /// shadow may reach into the view from a sphere that is outside: it comes in with the jump.
     pub fn sphere_path(&self, frame: u32) -> SpherePath {
         let radius = self.scene.sphere.radius_m;
         let ImageFormat { fps, frames, .. } = self.image;
@@ -175,7 +176,7 @@ mod tests {
     /// it jumps nothing is lost: had it gone on, and had it come in a frame earlier, it would have
     /// been out of view for the whole shutter time.
     #[test]
-    fn wrapping_is_never_seen() {
+    fn the_sphere_is_never_seen_to_jump() {
         for speed in ["S1", "S2", "S3"] {
             let stimulus = stimulus(speed, Edge::Wrap);
             let step = stimulus.speed_m_per_s / stimulus.image.fps;

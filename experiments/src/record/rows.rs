@@ -8,7 +8,7 @@
 use super::RecordError;
 use csv::ReaderBuilder;
 use shutterlab_data_schema::ParticipantCode;
-use shutterlab_data_schema::files::named;
+use shutterlab_data_schema::files::{named, sync_folder};
 use shutterlab_data_schema::response::Response;
 use shutterlab_data_schema::study::responses_schema;
 use std::fs::File;
@@ -103,6 +103,11 @@ pub fn read(path: &Path, study: &str, subject: &ParticipantCode) -> Result<Found
         let line = record.position().map_or(0, csv::Position::line);
         let end = reader.position().byte();
         let parsed = record.deserialize::<Response>(Some(&names));
+        // Too few fields may be a torn row; too many are two rows run together.
+        if record.len() > names.len() {
+            let what = format!("{} fields: {} are needed", record.len(), names.len());
+            return Err(damaged(line, what));
+        }
         let tail = &bytes[found.length as usize..];
         let is_last = end as usize >= bytes.len();
         match parsed {
@@ -137,6 +142,7 @@ impl RowFile<File> {
         }
         if found.length == 0 {
             rows.append_bytes(&header()?)?;
+            sync_folder(path.parent().unwrap_or(Path::new("."))).map_err(|e| named(path, &e))?;
         }
         Ok(rows)
     }

@@ -91,6 +91,13 @@ impl Study {
             let subject = subject.clone();
             return Err(RecordError::OtherParticipant { file, subject, field, there, now });
         }
+        let alike =
+            |p: &&Participant| p.subject.to_string().eq_ignore_ascii_case(&subject.to_string());
+        if let Some(other) = participants.iter().find(alike) {
+            let (subject, there) = (subject.clone(), other.subject.to_string());
+            let (field, now) = ("code", subject.to_string());
+            return Err(RecordError::OtherParticipant { file, subject, field, there, now });
+        }
         participants.push(Participant {
             subject: subject.clone(),
             observer: observer.into(),

@@ -197,7 +197,6 @@ fn variance_falls_as_one_over_n() {
     let truth = truth.image();
     let error = |samples: u32| {
         let image = on_cpu(&with(samples, 2), 60).image();
-        // The object's part of the image, where noise is highest.
         let squares =
             image.pixels.iter().zip(&truth.pixels).map(|(a, b)| f64::from(a[1] - b[1]).powi(2));
         squares.sum::<f64>() / image.pixels.len() as f64
