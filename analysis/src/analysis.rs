@@ -10,6 +10,7 @@ use crate::error::InputError;
 use crate::p_value::PValue;
 use crate::preference::{ItemPreference, PairPreference, per_item, per_pair};
 use crate::preferences::{Judge, Judgements, Preferences, WinMatrix};
+use crate::published;
 use crate::score_equality::{ScoreEquality, score_equality};
 use crate::score_groups::{Grouping, score_groups};
 use serde::Serialize;
@@ -276,6 +277,7 @@ fn notes_on(preferences: &Preferences, pairs: usize) -> Vec<String> {
             "n = {observers}: the groups and the tests by χ² rest on large-sample distributions."
         ));
     }
+    notes.extend(published::repeated_by(preferences).into_iter().flat_map(|t| t.remarks()));
     if let Some(subjects) = preferences.data_quality.as_ref().map(|data| data.subjects)
         && subjects < observers
     {

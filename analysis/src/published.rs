@@ -5,8 +5,9 @@
 //! whole numbers of circular triads over all observers, which is how [`crate::analyze`] pools ζ.
 
 use crate::error::InputError;
-use crate::preferences::Preferences;
+use crate::preferences::{Judgements, Preferences};
 use shutterlab_data_schema::Votes;
+use std::collections::BTreeMap;
 
 /// A published table of votes and what was published about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -151,7 +152,31 @@ pub fn find(name: &str) -> Option<&'static PublishedTable> {
     TABLES.iter().find(|table| table.name == name)
 }
 
+/// The published table that `preferences` repeats, in whatever order, if there is one.
+pub fn repeated_by(preferences: &Preferences) -> Option<&'static PublishedTable> {
+    let Judgements::Votes { votes, observers } = preferences.judgements() else { return None };
+    let rows = |items: &[String], votes: &[u64]| -> BTreeMap<String, u64> {
+        items.iter().cloned().zip(votes.iter().copied()).collect()
+    };
+    let here = rows(preferences.items(), votes);
+    TABLES.iter().filter(|table| table.observers == *observers).find(|table| {
+        Votes::parse(table.csv, table.name).is_ok_and(|votes| {
+            here == votes.rows.into_iter().map(|row| (row.item, row.votes)).collect()
+        })
+    })
+}
+
 impl PublishedTable {
+    /// What a reader should know of the table: where it is from, how its observers were counted, and
+    /// where the published text disagrees with it.
+    pub fn remarks(&self) -> Vec<String> {
+        let origin = format!("These are published votes: {}; {}.", self.title, self.citation);
+        let conflicts =
+            self.conflicts.iter().map(|conflict| format!("The published text {conflict}."));
+        let pooling = self.pooling.map(str::to_string);
+        std::iter::once(origin).chain(pooling).chain(conflicts).collect()
+    }
+
     /// The table as the input of an analysis.
     ///
     /// # Errors
@@ -180,6 +205,15 @@ mod tests {
             let zeta = consistency(triads, table.observers, t);
             assert!((zeta - table.zeta.unwrap()).abs() <= 0.50001e-4, "{name}: {zeta}");
         }
+    }
+
+    #[test]
+    fn a_repeated_table_is_known_by_its_votes() {
+        for table in tables() {
+            assert_eq!(repeated_by(&table.preferences().unwrap()), Some(table));
+        }
+        let other = Votes::parse("item,votes\nA5,59\nA4,51\nA3,48\nA2,35\nA1,7\n", "v").unwrap();
+        assert_eq!(repeated_by(&Preferences::from_votes(&other, 20, "v").unwrap()), None);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! says when it wants to be asked again. The surface's format stores code values unchanged (no sRGB
 //! conversion), so an 8-bit value that a shader writes is the value that goes to the screen.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
 use winit::dpi::LogicalSize;
@@ -81,6 +81,8 @@ pub struct Shell {
     egui: egui_winit::State,
     egui_renderer: egui_wgpu::Renderer,
     egui_repaint_at: Option<Instant>,
+    /// What the device first complained of, if it did.
+    failure: Arc<Mutex<Option<String>>>,
 }
 
 /// Opens a window called `title` that fills the screen, and runs `app` in it until it is closed.
@@ -168,7 +170,10 @@ impl Shell {
         for id in &freed {
             self.egui_renderer.free_texture(id);
         }
-        submitted
+        match self.failure.lock().ok().and_then(|failure| failure.clone()) {
+            Some(failure) => Err(ShellError::Surface(failure)),
+            None => submitted,
+        }
     }
 
     fn submit(
@@ -252,6 +257,14 @@ impl Shell {
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|error| ShellError::NoAdapter(one_line(&error.to_string())))?;
+        // Without this a complaint of the device would end the program in a panic.
+        let failure = Arc::new(Mutex::new(None));
+        let noted = Arc::clone(&failure);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            if let Ok(mut failure) = noted.lock() {
+                failure.get_or_insert_with(|| one_line(&error.to_string()));
+            }
+        }));
 
         let config = configuration(&surface, &adapter, &window)?;
         surface.configure(&device, &config);
@@ -264,7 +277,17 @@ impl Shell {
         let side = device.limits().max_texture_dimension_2d as usize;
         let egui = egui_winit::State::new(context, id, &window, Some(scale), None, Some(side));
         let egui_repaint_at = None;
-        Ok(Self { window, surface, config, device, queue, egui, egui_renderer, egui_repaint_at })
+        Ok(Self {
+            window,
+            surface,
+            config,
+            device,
+            queue,
+            egui,
+            egui_renderer,
+            egui_repaint_at,
+            failure,
+        })
     }
 
     fn resize(&mut self, width: u32, height: u32) {
