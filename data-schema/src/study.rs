@@ -26,6 +26,10 @@ pub fn data_file_name(protocol: &Protocol, subject: &ParticipantCode, session: u
 /// The `data` folder cannot be read.
 pub fn data_files(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let data = folder.join("data");
+    if !data.is_dir() {
+        let what = format!("{}: not a study: it has no folder `data`", folder.display());
+        return Err(io::Error::new(io::ErrorKind::NotFound, what));
+    }
     let mut files = Vec::new();
     for entry in std::fs::read_dir(&data).map_err(|e| named(&data, &e))? {
         let path = entry?.path();

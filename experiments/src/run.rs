@@ -198,8 +198,6 @@ impl Sitting {
 /// Runs the session of a simulated observer, from where it is to its end. A session that is finished
 /// is left as it is.
 ///
-/// Frames are not read, except for thumbnails: nobody sees them.
-///
 /// # Errors
 /// See [`RunError`]. Answers given before the error are saved; running again goes on after them.
 pub fn run_simulated(
@@ -208,6 +206,7 @@ pub fn run_simulated(
 ) -> Result<Outcome, RunError> {
     let subject = request.participant.as_ref().ok_or(RunError::NoCode)?;
     let set = Arc::new(StimulusSet::open(&request.protocol, &request.stimuli)?);
+    set.verify()?;
     let judge = Judge::new(observer, &set, request.protocol.seed, subject, SESSION)?;
     let mut sitting = Sitting::open(request, set, subject, &observer.name())?;
     if !sitting.is_finished() {

@@ -159,7 +159,13 @@ impl Session {
     ) -> Self {
         let answered: Vec<bool> = plan.iter().map(|t| answered.contains(&t.number)).collect();
         let position = answered.iter().position(|done| !done).unwrap_or(plan.len());
-        let state = State::Page(if position < plan.len() { Page::Instructions } else { Page::End });
+        // Who goes on after the practice has read the instructions, which speak of practice to come.
+        let first_page = match plan.get(position) {
+            None => Page::End,
+            Some(trial) if !trial.is_practice() && answered.contains(&true) => Page::Pause,
+            Some(_) => Page::Instructions,
+        };
+        let state = State::Page(first_page);
         let seen = Seen::default();
         Self { protocol, set, identity, plan, position, answered, state, seen }
     }

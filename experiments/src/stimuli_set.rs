@@ -155,6 +155,20 @@ impl StimulusSet {
         sequence.manifest.frames.iter().map(|frame| sequence.read_frame(frame)).collect()
     }
 
+    /// Reads every frame once and holds it against its hash, so that nothing damaged comes to light
+    /// in the middle of a session.
+    ///
+    /// # Errors
+    /// The first frame that is missing, damaged or another one; the file is named.
+    pub fn verify(&self) -> Result<(), SetError> {
+        for sequence in &self.sequences {
+            for frame in &sequence.manifest.frames {
+                sequence.read_frame(frame)?;
+            }
+        }
+        Ok(())
+    }
+
     fn check(&self) -> Result<(), SetError> {
         for sequence in &self.sequences {
             let needed = sequence.manifest.stimulus.image.frames;

@@ -33,6 +33,7 @@ use winit::keyboard::{Key, NamedKey};
 /// See [`RunError`]. Answers given before the error are saved; running again goes on after them.
 pub fn run(request: &SessionRequest) -> Result<Outcome, RunError> {
     let set = Arc::new(StimulusSet::open(&request.protocol, &request.stimuli)?);
+    set.verify()?;
     let stage = match &request.participant {
         Some(subject) => {
             let mut sitting = Sitting::open(request, set.clone(), subject, PARTICIPANT)?;

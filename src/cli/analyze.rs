@@ -3,8 +3,8 @@
 use super::{UsageError, say};
 use shutterlab_analysis::report::{self, ReportContext};
 use shutterlab_analysis::{Analysis, Preferences, analyze, matrix, responses};
-use shutterlab_data_schema::Votes;
 use shutterlab_data_schema::files::{create_folder, named, write_atomically};
+use shutterlab_data_schema::{Protocol, Votes};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -60,6 +60,12 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             .join(" ");
         let title = args.path.as_deref().or(args.votes.as_deref()).or(args.matrix.as_deref());
         let title = title.map_or(String::new(), |path| path.display().to_string());
+        // A study has a title of its own, in the protocol that it was run with.
+        let protocol = args.path.as_ref().map(|path| path.join("protocol.toml"));
+        let title = match protocol.filter(|file| file.exists()) {
+            Some(file) => Protocol::read(&file)?.title,
+            None => title,
+        };
         let thumbnails = args.path.as_deref().map_or(Ok(BTreeMap::new()), read_thumbnails)?;
         let page = write_report(&analysis, out, &title, &thumbnails, &command)?;
         eprintln!("report: {}", page.display());

@@ -103,7 +103,7 @@ pub(super) fn render(
     let stimuli = grid.stimuli(selection)?;
     let mut renderer = Renderer::open(device).map_err(|error| anyhow!(error))?;
     let described = renderer.device();
-    eprintln!("{} sequences on {} ({})", stimuli.len(), described.adapter, described.kind);
+    eprintln!("sequences: {}, on {} ({})", stimuli.len(), described.adapter, described.kind);
     let length = frames.as_ref().map(|range| range.end.saturating_sub(range.start));
     let mut progress =
         RenderProgress::new(&stimuli, |stimulus| length.unwrap_or(stimulus.image.frames));

@@ -45,7 +45,7 @@ pub enum GenerateError {
         what: String,
     },
     /// The range of frames does not fit the sequence.
-    #[error("render: --frames: {}..{}: {stimulus} has frames 0..{frames}, of which at least one is needed", range.start, range.end)]
+    #[error("render: --frames: {}..{}: a range of at least one frame within 0..{frames} of {stimulus} is needed", range.start, range.end)]
     Frames {
         /// The range asked for.
         range: Range<u32>,
@@ -131,6 +131,10 @@ pub fn generate(
                 frames: length,
             });
         }
+    }
+    // What cannot be written is better said before hours of rendering than after.
+    for stimulus in stimuli {
+        same_stimulus(&out.join(&stimulus.id), stimulus)?;
     }
     for stimulus in stimuli {
         let range = frames.clone().unwrap_or(0..stimulus.image.frames);
@@ -228,12 +232,8 @@ fn render_frame(
     Ok(image)
 }
 
-/// The finished sequence in `folder`, if there is one; it must be of this very stimulus, and its
-/// frames those of its manifest.
-fn finished_sequence(
-    folder: &Path,
-    stimulus: &Stimulus,
-) -> Result<Option<Sequence>, GenerateError> {
+/// The finished sequence in `folder`, if there is one; it must be of this very stimulus.
+fn same_stimulus(folder: &Path, stimulus: &Stimulus) -> Result<Option<Sequence>, GenerateError> {
     if !folder.join(manifest::FILE_NAME).exists() {
         return Ok(None);
     }
@@ -242,10 +242,21 @@ fn finished_sequence(
         let what = first_difference(&sequence.manifest.stimulus, stimulus);
         return Err(GenerateError::Occupied { folder: folder.into(), what });
     }
-    for frame in &sequence.manifest.frames {
-        sequence.read_frame(frame)?;
-    }
     Ok(Some(sequence))
+}
+
+/// As [`same_stimulus`], and its frames must be those of its manifest.
+fn finished_sequence(
+    folder: &Path,
+    stimulus: &Stimulus,
+) -> Result<Option<Sequence>, GenerateError> {
+    let finished = same_stimulus(folder, stimulus)?;
+    if let Some(sequence) = &finished {
+        for frame in &sequence.manifest.frames {
+            sequence.read_frame(frame)?;
+        }
+    }
+    Ok(finished)
 }
 
 /// Makes `folder` one whose frames all come from `origin`: removes frames that an interrupted run

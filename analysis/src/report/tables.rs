@@ -4,7 +4,8 @@ use super::labels::letters;
 use crate::analysis::Analysis;
 use crate::preference::Proportion;
 
-/// File names and texts of the tables: `stimuli.csv` always; `pairs.csv`, `matrix.csv` and
+/// File names and texts of the tables, whose names begin with `simulated-` where the observers were
+/// simulated: `stimuli.csv` always; `pairs.csv`, `matrix.csv` and
 /// `observers.csv` where they are known.
 pub fn tables(analysis: &Analysis) -> Vec<(String, String)> {
     let mut tables = vec![("stimuli.csv".to_string(), stimuli(analysis))];
@@ -43,6 +44,9 @@ pub fn tables(analysis: &Analysis) -> Vec<(String, String)> {
         });
         let header = header.map(str::to_string).to_vec();
         tables.push(("observers.csv".into(), csv_text(header, rows)));
+    }
+    if analysis.simulated == Some(true) {
+        tables.iter_mut().for_each(|(name, _)| name.insert_str(0, "simulated-"));
     }
     tables
 }
