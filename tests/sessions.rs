@@ -104,12 +104,14 @@ fn assert_whole(file: &Path) {
 #[test]
 fn fifty_kills_lose_no_answer_and_double_none() {
     const KILLS: usize = 50;
+    // Kills that came after answers of the process itself, not while it was still starting.
+    const GAINS: usize = 10;
     let (alone, killed) = (Place::new(), Place::new());
     let mut random = Stream::new(20121);
     let (mut hits, mut gains, mut participants) = (0, 0, 0);
-    while hits < KILLS {
+    while hits < KILLS || gains < GAINS {
         participants += 1;
-        assert!(participants <= 100, "{hits} kills hit a session of {participants} participants");
+        assert!(participants <= 100, "{hits} kills hit a session, {gains} after answers");
         let code = format!("K{participants}");
         let start = Instant::now();
         alone.run(&code);
@@ -119,7 +121,9 @@ fn fifty_kills_lose_no_answer_and_double_none() {
         for attempt in 1.. {
             assert!(attempt <= 100, "{code} makes no progress");
             let logged = killed.log(&code).len();
-            let output = killed.run_and_kill(&code, duration.mul_f64(random.uniform()));
+            // On a busy machine a start alone may take longer than the whole run that was measured.
+            let spread = duration.mul_f64(1.0 + 0.1 * f64::from(attempt));
+            let output = killed.run_and_kill(&code, spread.mul_f64(random.uniform()));
             let now = killed.answers(&code);
             assert!(now.starts_with(&seen), "{code}: rows that were there are gone or changed");
             let gained = whole_lines(&now).len() > seen.len();
@@ -151,7 +155,6 @@ fn fifty_kills_lose_no_answer_and_double_none() {
             assert_eq!(row["attempt"], count.to_string(), "{code}: trial {}", row["trial"]);
         }
     }
-    assert!(gains >= KILLS / 5, "only {gains} kills came after answers of the same process");
 
     let (expected, found) = (alone.analysis(), killed.analysis());
     for key in ["items", "votes", "observers", "matrix"] {

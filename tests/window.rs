@@ -1,6 +1,6 @@
 //! A session in a real window, driven by keys.
 
-use crate::support::{Row, shutterlab, skip, succeed, table};
+use crate::support::{Row, read_table, shutterlab, skip, succeed, table};
 use shutterlab_stimuli::Sequence;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -250,13 +250,7 @@ impl<'a> Sitting<'a> {
         let mut sitting = Self { screen, folder, program, window: String::new(), data_file };
         sitting.find_window();
         if types {
-            screen.xdotool(&["type", code]);
-            let participants = study.join("participants.csv");
-            let enter = || sitting.press(&["Return"]);
-            wait_until("the code is taken", enter, || {
-                let text = std::fs::read_to_string(&participants).unwrap_or_default();
-                table(&text).iter().any(|row| row["subject"] == code)
-            });
+            sitting.enter_code(code, &study.join("participants.csv"));
         }
         sitting
     }
@@ -283,6 +277,22 @@ impl<'a> Sitting<'a> {
         // The bottom left of every page is grey.
         let ([left, top], [_, height]) = self.place();
         wait_until("a page", || {}, || screen.picture().pixel(left, top + height - 1) == GREY);
+    }
+
+    /// Types the code and Enter while the program is held up, so that all keys reach it at once: what
+    /// was typed before Enter counts, however slowly the window is drawn.
+    fn enter_code(&self, code: &str, participants: &Path) {
+        let signal = |name: &str| {
+            let kill = format!("kill -{name} {}", self.program.id());
+            assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+        };
+        signal("STOP");
+        self.screen.xdotool(&["type", code]);
+        self.press(&["Return"]);
+        signal("CONT");
+        wait_until("a code is taken", || {}, || participants.exists());
+        let subjects = read_table(participants).into_iter().map(|row| row["subject"].clone());
+        assert_eq!(subjects.collect::<Vec<_>>(), [code]);
     }
 
     /// The window's top left and size.

@@ -126,7 +126,12 @@ impl App for Asker<'_> {
     }
 
     fn redraw(&mut self, shell: &mut Shell) -> Result<Next, RunError> {
-        for (action, at) in std::mem::take(&mut self.actions) {
+        let asked = std::mem::take(&mut self.actions);
+        if !asked.is_empty() {
+            // Enter may have come in one go with the last letters: let the page take those first.
+            self.draw_code(shell)?;
+        }
+        for (action, at) in asked {
             if self.act(action, at, shell) == Next::Exit {
                 return Ok(Next::Exit);
             }
@@ -136,18 +141,8 @@ impl App for Asker<'_> {
                 asking.work(shell);
                 asking.draw(shell, &self.request.protocol, self.request.pilot, &mut self.actions)?
             }
-            Stage::Code { text, problem } => {
-                let (pilot, actions) = (self.request.pilot, &mut self.actions);
-                shell.draw(
-                    grey(),
-                    |_| {},
-                    |ui| {
-                        actions.extend(now(pages::code(ui, text, problem.as_deref())));
-                        if pilot {
-                            pages::pilot_banner(ui);
-                        }
-                    },
-                )?;
+            Stage::Code { .. } => {
+                self.draw_code(shell)?;
                 Next::OnEvent
             }
             Stage::Known(_) => Next::OnEvent,
@@ -158,6 +153,23 @@ impl App for Asker<'_> {
 }
 
 impl Asker<'_> {
+    /// Draws the page that asks for the code, if that is where the session is.
+    fn draw_code(&mut self, shell: &mut Shell) -> Result<(), RunError> {
+        let Stage::Code { text, problem } = &mut self.stage else { return Ok(()) };
+        let (pilot, actions) = (self.request.pilot, &mut self.actions);
+        shell.draw(
+            grey(),
+            |_| {},
+            |ui| {
+                actions.extend(now(pages::code(ui, text, problem.as_deref())));
+                if pilot {
+                    pages::pilot_banner(ui);
+                }
+            },
+        )?;
+        Ok(())
+    }
+
     fn act(&mut self, action: Action, at: Instant, shell: &Shell) -> Next {
         match (&mut self.stage, action) {
             (_, Action::Leave) => return Next::Exit,
