@@ -1,6 +1,5 @@
 //! Warps of uniform numbers into directions, and the angles of directions. Angles are in turns; the
-//! polynomials are the same on both devices, which brings the twins together and is faster than the
-//! devices' own functions.
+//! polynomials are the same on both devices, which brings the twins together.
 
 use glam::Vec3;
 use std::f32::consts::FRAC_PI_2;
