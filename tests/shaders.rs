@@ -40,7 +40,14 @@ fn layouts_in_rust() -> Vec<(&'static str, Layout)> {
             material,
         }),
         layout!(Material { light, kind, dark, frequency, octaves, contrast }),
-        layout!(EnvironmentParams { width, height, row_bits, column_bits, flux }),
+        layout!(EnvironmentParams {
+            width,
+            height,
+            exponent_base,
+            part_bits,
+            inverse_flux,
+            part_scale,
+        }),
     ]
 }
 

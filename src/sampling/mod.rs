@@ -1,7 +1,7 @@
 //! Random numbers that any frame, shard or prefix of samples can draw alone, and the warps that
 //! turn them into directions and texels. Each `.wgsl` file is the twin of the Rust file beside it.
 
-pub mod alias;
+pub mod median_cut;
 pub mod random;
 pub mod warp;
 
@@ -9,5 +9,3 @@ pub mod warp;
 pub const RANDOM_WGSL: &str = include_str!("random.wgsl");
 /// WGSL twin of [`warp`].
 pub const WARP_WGSL: &str = include_str!("warp.wgsl");
-/// WGSL twin of [`alias`].
-pub const ALIAS_WGSL: &str = include_str!("alias.wgsl");

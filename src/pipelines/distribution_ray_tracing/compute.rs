@@ -6,7 +6,7 @@ use crate::gpu::buffers;
 use crate::gpu::device::{Gpu, GpuError};
 use crate::gpu::shader;
 use crate::pipelines::Pipeline;
-use crate::sampling::{ALIAS_WGSL, RANDOM_WGSL, WARP_WGSL};
+use crate::sampling::{RANDOM_WGSL, WARP_WGSL};
 use crate::scene::environment::Environment;
 use crate::scene::{ENVIRONMENT_WGSL, MOTION_WGSL};
 use crate::shading::MATERIAL_WGSL;
@@ -21,7 +21,6 @@ use wgpu::BufferUsages;
 pub const WGSL: &[&str] = &[
     RANDOM_WGSL,
     WARP_WGSL,
-    ALIAS_WGSL,
     ENVIRONMENT_WGSL,
     MOTION_WGSL,
     MATERIAL_WGSL,
@@ -35,7 +34,7 @@ const WORKGROUP: u32 = 8;
 /// far from its driver's time-out of about two seconds.
 const PATHS_PER_DISPATCH: u32 = 1 << 24;
 
-/// Samples per dispatch at most: more would gain nothing.
+/// Samples per dispatch at most.
 const SAMPLES_PER_DISPATCH: u32 = 64;
 
 /// The pipeline with what it keeps between frames.
@@ -83,19 +82,21 @@ pub struct EnvironmentParams {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Bits of a slot number of the table of rows.
-    pub row_bits: u32,
-    /// Bits of a slot number of each table of texels in a row.
-    pub column_bits: u32,
-    /// ∫ luminance over the sphere.
-    pub flux: f32,
+    /// See [`Environment::exponent_base`].
+    pub exponent_base: u32,
+    /// There are 2 to the power of this many parts.
+    pub part_bits: u32,
+    /// See [`Environment::inverse_flux`].
+    pub inverse_flux: f32,
+    /// See [`Environment::part_scale`].
+    pub part_scale: f32,
     /// Fills up to a multiple of 16 bytes.
-    pub padding: [u32; 3],
+    pub padding: [u32; 2],
 }
 
-/// An environment on the device: its parameters and its three tables.
+/// An environment on the device: its parameters and its two tables.
 #[derive(Debug)]
-pub struct EnvironmentBuffers([wgpu::Buffer; 4]);
+pub struct EnvironmentBuffers([wgpu::Buffer; 3]);
 
 impl EnvironmentBuffers {
     /// Uploads `environment`.
@@ -103,25 +104,20 @@ impl EnvironmentBuffers {
     /// # Errors
     /// The map is larger than the adapter can bind.
     pub fn new(gpu: &Gpu, environment: &Environment) -> Result<Self, GpuError> {
-        let [row_bits, column_bits] = environment.slot_bits();
         let params = EnvironmentParams {
             width: environment.width,
             height: environment.height,
-            row_bits,
-            column_bits,
-            flux: environment.flux,
-            padding: [0; 3],
+            exponent_base: environment.exponent_base,
+            part_bits: environment.parts.len().ilog2(),
+            inverse_flux: environment.inverse_flux,
+            part_scale: environment.part_scale,
+            padding: [0; 2],
         };
+        let Environment { texels, parts, .. } = environment;
         Ok(Self([
             buffers::holding(gpu, "environment", BufferUsages::UNIFORM, &[params])?,
-            buffers::holding(
-                gpu,
-                "environment texels",
-                BufferUsages::STORAGE,
-                &environment.texels,
-            )?,
-            buffers::holding(gpu, "row sines", BufferUsages::STORAGE, &environment.row_sines)?,
-            buffers::holding(gpu, "alias slots", BufferUsages::STORAGE, &environment.alias_slots)?,
+            buffers::holding(gpu, "environment texels", BufferUsages::STORAGE, texels)?,
+            buffers::holding(gpu, "environment parts", BufferUsages::STORAGE, parts)?,
         ]))
     }
 }
@@ -146,8 +142,8 @@ impl Tracer {
         let sums =
             buffers::empty(gpu, "film", BufferUsages::STORAGE | BufferUsages::COPY_SRC, size)?;
         let params = buffers::holding(gpu, "frame", BufferUsages::UNIFORM, &[*frame])?;
-        let [environment, texels, sines, slots] = environment;
-        let bound = [&params, environment, texels, sines, slots, &sums];
+        let [environment, texels, parts] = environment;
+        let bound = [&params, environment, texels, parts, &sums];
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
             .zip(bound)
             .map(|(binding, buffer)| wgpu::BindGroupEntry {

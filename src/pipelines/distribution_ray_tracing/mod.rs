@@ -14,8 +14,7 @@
 //! |---|---|
 //! | shutter instant | `shutter` ∈ [−½, ½], the part of the interval from its middle |
 //! | block 0 of the random words | x, y in the pixel, instant, shift of the camera's look at the sky |
-//! | block 1 + 2k | light sample at hit k |
-//! | block 2 + 2k | direction to go on from hit k |
+//! | block 1 + k | two for the light sample at hit k, two for the direction to go on |
 //!
 //! The scalar twin in [`mod@reference`] is the specification; `trace.wgsl` follows it line by line
 //! with the same random words. A surface's own kind tells what a ray that leaves it can meet: from the

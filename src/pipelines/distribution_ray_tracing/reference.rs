@@ -92,7 +92,8 @@ fn path_radiance(
         };
         throughput *= albedo;
 
-        let light = environment.sample(words(1 + 2 * hit));
+        let [a, b, c, d] = words(1 + hit);
+        let light = environment.sample([a, b]);
         let cosine = normal.dot(light.direction);
         if cosine > 0.0
             && intersect(frame, center, origin, light.direction, Some(surface)).is_none()
@@ -101,8 +102,7 @@ fn path_radiance(
             radiance += throughput * light.radiance * (cosine * FRAC_1_PI / density);
         }
 
-        let [a, b, ..] = words(2 + 2 * hit);
-        direction = cosine_hemisphere(normal, [unit(a), unit(b)]);
+        direction = cosine_hemisphere(normal, [unit(c), unit(d)]);
         cosine_density = Some(normal.dot(direction).max(0.0) * FRAC_1_PI);
         met = intersect(frame, center, origin, direction, Some(surface));
     }

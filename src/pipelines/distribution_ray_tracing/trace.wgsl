@@ -33,16 +33,22 @@ struct Hit {
     distance: f32,
 }
 
-@group(0) @binding(0) var<uniform> frame: FrameParams;
-@group(0) @binding(1) var<uniform> environment: Environment;
-@group(0) @binding(2) var<storage, read> environment_texels: array<vec2u>;
-@group(0) @binding(3) var<storage, read> row_sines: array<f32>;
-@group(0) @binding(4) var<storage, read> alias_slots: array<u32>;
+@group(0) @binding(0) var<uniform> frame_params: FrameParams;
+@group(0) @binding(1) var<uniform> environment_params: Environment;
+@group(0) @binding(2) var<storage, read> environment_texels: array<u32>;
+@group(0) @binding(3) var<storage, read> environment_parts: array<vec4f>;
 // Per pixel: Σ radiance, and Σ luminance².
-@group(0) @binding(5) var<storage, read_write> sums: array<vec4f>;
+@group(0) @binding(4) var<storage, read_write> sums: array<vec4f>;
+
+// Copies, read once per invocation: the software adapter would gather each use of a uniform buffer lane
+// by lane, anew for every sample.
+var<private> frame: FrameParams;
+var<private> environment: Environment;
 
 @compute @workgroup_size(8, 8)
 fn trace(@builtin(global_invocation_id) id: vec3u) {
+    frame = frame_params;
+    environment = environment_params;
     if id.x >= frame.width || id.y >= frame.height {
         return;
     }
@@ -87,15 +93,15 @@ fn path_radiance(x: u32, y: u32, pixel: u32, sample: u32) -> vec3f {
         }
         throughput *= albedo;
 
-        let light = environment_sample(random_words(frame.key, pixel, sample, 1u + 2u * hit));
+        let words = random_words(frame.key, pixel, sample, 1u + hit);
+        let light = environment_sample(words.xy);
         let cosine = dot(normal, light.direction);
         if cosine > 0.0 && intersect(center, origin, light.direction, met.surface).surface == NOTHING {
             let density = light.density + cosine / PI;
             radiance += throughput * light.radiance * (cosine / PI / density);
         }
 
-        let onward = random_words(frame.key, pixel, sample, 2u + 2u * hit);
-        direction = cosine_hemisphere(normal, vec2f(unit(onward.x), unit(onward.y)));
+        direction = cosine_hemisphere(normal, vec2f(unit(words.z), unit(words.w)));
         cosine_density = max(dot(normal, direction), 0.0) / PI;
         met = intersect(center, origin, direction, met.surface);
     }
