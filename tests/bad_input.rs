@@ -92,33 +92,37 @@ fn an_output_folder_under_a_regular_file() {
     });
 }
 
+/// A simulated session with the stimuli in the folder `s`.
+const SIMULATED_SESSION: &[&str] = &[
+    "run",
+    "demo",
+    "--stimuli",
+    "s",
+    "--study",
+    "study",
+    "--participant",
+    "P1",
+    "--observer",
+    "simulated:guess",
+];
+
+/// Copies the small demo stimuli to `to`.
+fn copy_stimuli(to: &Path) {
+    for (name, bytes) in tree(small_stimuli()) {
+        let path = to.join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, bytes).unwrap();
+    }
+}
+
 #[test]
 fn damaged_stimuli_are_refused_by_name() {
-    let run = [
-        "run",
-        "demo",
-        "--stimuli",
-        "s",
-        "--study",
-        "study",
-        "--participant",
-        "P1",
-        "--observer",
-        "simulated:guess",
-    ];
-    let copy = |folder: &Path| {
-        for (name, bytes) in tree(small_stimuli()) {
-            let path = folder.join("s").join(name);
-            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-            std::fs::write(path, bytes).unwrap();
-        }
-    };
     in_folder(|folder| {
-        copy(folder);
+        copy_stimuli(&folder.join("s"));
         let manifest = folder.join("s/M2-S2-T4-A4/sequence.json");
         let text = std::fs::read(&manifest).unwrap();
         std::fs::write(&manifest, &text[..text.len() / 2]).unwrap();
-        let error = fail(folder, 1, &run);
+        let error = fail(folder, 1, SIMULATED_SESSION);
         assert!(error.contains("M2-S2-T4-A4/sequence.json: not a whole manifest"), "{error}");
         // `render` does not take it for finished either, nor does it overwrite it.
         let error =
@@ -129,22 +133,22 @@ fn damaged_stimuli_are_refused_by_name() {
         );
     });
     in_folder(|folder| {
-        copy(folder);
+        copy_stimuli(&folder.join("s"));
         // The middle frame becomes the thumbnail.
         let frame = folder.join("s/M2-S2-T3-A3/frame-0012.png");
         let bytes = std::fs::read(&frame).unwrap();
         std::fs::write(&frame, &bytes[..bytes.len() / 2]).unwrap();
-        let error = fail(folder, 1, &run);
+        let error = fail(folder, 1, SIMULATED_SESSION);
         assert!(error.contains("frame-0012.png: not a whole PNG"), "{error}");
         let other = std::fs::read(folder.join("s/M2-S2-T5-A3/frame-0012.png")).unwrap();
         std::fs::write(&frame, other).unwrap();
-        let error = fail(folder, 1, &run);
+        let error = fail(folder, 1, SIMULATED_SESSION);
         assert!(error.contains("frame-0012.png: its pixels hash to"), "{error}");
     });
     in_folder(|folder| {
-        copy(folder);
+        copy_stimuli(&folder.join("s"));
         std::fs::remove_dir_all(folder.join("s/M2-S2-T5-A5")).unwrap();
-        let error = fail(folder, 1, &run);
+        let error = fail(folder, 1, SIMULATED_SESSION);
         assert!(error.contains("T5") && error.contains("A5"), "{error}");
     });
 }
@@ -265,26 +269,10 @@ fn sequences_that_were_meddled_with() {
         assert!(error.contains("frame-0002.png: cannot be read"), "{error}");
     });
     in_folder(|folder| {
-        for (name, bytes) in tree(small_stimuli()) {
-            for copy in ["s", "s/copy of "] {
-                let path = folder.join(format!("{copy}/{}", name.display()).replace("of /", "of "));
-                std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-                std::fs::write(path, &bytes).unwrap();
-            }
-        }
-        let args = [
-            "run",
-            "demo",
-            "--stimuli",
-            "s",
-            "--study",
-            "study",
-            "--participant",
-            "P1",
-            "--observer",
-            "simulated:guess",
-        ];
-        let error = fail(folder, 1, &args);
+        copy_stimuli(&folder.join("s"));
+        copy_stimuli(&folder.join("t"));
+        std::fs::rename(folder.join("t/M2-S2-T4-A4"), folder.join("s/again")).unwrap();
+        let error = fail(folder, 1, SIMULATED_SESSION);
         assert!(error.contains("each stimulus may be compared once"), "{error}");
         assert!(!folder.join("study").exists());
     });

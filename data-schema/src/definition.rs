@@ -2,6 +2,7 @@
 //! line, the key and what was allowed; unknown keys are refused with the nearest known one.
 
 use serde::de::DeserializeOwned;
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 /// The definition could not be read.
@@ -54,6 +55,31 @@ impl DefinitionError {
             allowed: allowed.into(),
         }
     }
+}
+
+/// The text of the definition called `name` among the `shipped` pairs of name and text, or of the file
+/// of that name. `argument` is what an error calls the place where the name was given, and `kind` what
+/// is shipped.
+///
+/// # Errors
+/// There is neither, and the shipped ones are listed; or the file cannot be read.
+pub fn find(
+    name: &str,
+    shipped: &[(&str, &'static str)],
+    [place, argument]: [&str; 2],
+    kind: &str,
+) -> Result<Cow<'static, str>, DefinitionError> {
+    if let Some((_, text)) = shipped.iter().find(|(shipped, _)| *shipped == name) {
+        return Ok(Cow::Borrowed(text));
+    }
+    let path = Path::new(name);
+    if !path.exists() {
+        let known: Vec<&str> = shipped.iter().map(|(name, _)| *name).collect();
+        let allowed = format!("neither a file nor one of the shipped {kind}: {}", known.join(", "));
+        return Err(DefinitionError::value(place, argument, name, allowed));
+    }
+    let text = std::fs::read_to_string(path);
+    text.map(Cow::Owned).map_err(|source| DefinitionError::Unreadable { path: path.into(), source })
 }
 
 /// Reads the definition in the file at `path`.

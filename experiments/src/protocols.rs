@@ -1,8 +1,7 @@
 //! Protocols by name: those that come with Shutterlab, and those in files.
 
 use shutterlab_data_schema::Protocol;
-use shutterlab_data_schema::definition::DefinitionError;
-use std::path::Path;
+use shutterlab_data_schema::definition::{self, DefinitionError};
 
 /// Protocols that come with Shutterlab, by name.
 const SHIPPED: &[(&str, &str)] = &[("demo", include_str!("../protocols/demo.toml"))];
@@ -12,17 +11,8 @@ const SHIPPED: &[(&str, &str)] = &[("demo", include_str!("../protocols/demo.toml
 /// # Errors
 /// There is neither, and the shipped ones are listed; or as [`Protocol::parse`].
 pub fn load(protocol: &str) -> Result<Protocol, DefinitionError> {
-    if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == protocol) {
-        return Protocol::parse(text, name);
-    }
-    let path = Path::new(protocol);
-    if !path.exists() {
-        let known: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
-        let allowed =
-            format!("neither a file nor one of the shipped protocols: {}", known.join(", "));
-        return Err(DefinitionError::value("run", "PROTOCOL", protocol, allowed));
-    }
-    Protocol::read(path)
+    let text = definition::find(protocol, SHIPPED, ["run", "PROTOCOL"], "protocols")?;
+    Protocol::parse(&text, protocol)
 }
 
 #[cfg(test)]

@@ -97,7 +97,7 @@ pub enum RunError {
     Cancelled,
 }
 
-/// The sitting that a request is about; part 1 asks each participant to one.
+/// The sitting that a request is about: each participant has one.
 const SESSION: u32 = 1;
 
 /// Refreshes of the simulated display per second.

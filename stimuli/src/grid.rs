@@ -6,7 +6,6 @@ use crate::viewing::Viewing;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use shutterlab_data_schema::definition::{self, DefinitionError, nearest};
-use std::path::Path;
 
 /// A grid of stimuli.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -68,19 +67,7 @@ impl Grid {
     /// # Errors
     /// There is neither; or as [`Grid::parse`].
     pub fn load(grid: &str) -> Result<Self, DefinitionError> {
-        if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == grid) {
-            return Self::parse(text, name);
-        }
-        let path = Path::new(grid);
-        if !path.exists() {
-            let known: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
-            let allowed =
-                format!("neither a file nor one of the shipped grids {}", known.join(", "));
-            return Err(DefinitionError::value("render", "GRID", grid, allowed));
-        }
-        let grid: Self = definition::read(path)?;
-        grid.check(&path.display().to_string())?;
-        Ok(grid)
+        Self::parse(&definition::find(grid, SHIPPED, ["render", "GRID"], "grids")?, grid)
     }
 
     /// Parses and checks a grid; `file` is what an error calls it.

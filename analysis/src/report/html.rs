@@ -111,8 +111,8 @@ fn quality_list(data: &DataQuality, trials: u64) -> Markup {
                 (data.excluded.practice) " practice trials, " (data.excluded.pilot) " pilot trials, "
                 (data.excluded.incomplete_sets) " trials of incomplete sets of pairs" }
             dt { "Late frames" } dd {
-                (data.late_frames) " in " (of_trials(data.trials_with_late_frames)) }
-            dt { "Replays" } dd { (data.replays) " in " (of_trials(data.trials_with_replays)) }
+                (data.late_frames) ", in " (of_trials(data.trials_with_late_frames)) }
+            dt { "Replays" } dd { (data.replays) ", in " (of_trials(data.trials_with_replays)) }
             dt { "Response time" } dd {
                 "median " (seconds(data.response_time_s.median)) " s, quartiles "
                 (seconds(data.response_time_s.first)) " s and "
