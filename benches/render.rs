@@ -9,8 +9,9 @@
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
 use cpu_time::ProcessTime;
-use shutterlab::film::measure;
+use shutterlab::film::{Film, measure};
 use shutterlab::pipelines::{DeviceChoice, OpenDevice, Pipeline};
+use shutterlab_stimuli::stimulus::Trajectory;
 use shutterlab_stimuli::{Grid, LinearImage, Selection, Stimulus};
 use std::io::Write;
 use std::path::Path;
@@ -32,13 +33,13 @@ fn main() -> Result<(), Failure> {
     let fastest = devices.iter().flatten().next().ok_or("no device")?;
 
     let with = |samples: u32, seed: u64| Stimulus { samples, seed, ..stimulus.clone() };
-    let render = |pipeline: &mut dyn Pipeline, samples| pipeline.film(&with(samples, 1), FRAME);
+    let render = |pipeline: &mut dyn Pipeline, samples| film(pipeline, &with(samples, 1), FRAME);
     let mut pipeline = fastest.pipeline(stimulus.method);
-    let truth = pipeline.film(&with(TRUTH_SAMPLES, 2), FRAME)?.image();
+    let truth = film(pipeline.as_mut(), &with(TRUTH_SAMPLES, 2), FRAME)?.image();
     // The view without the sphere: it is out of sight at the first frame.
     let mut away = with(256, 3);
-    away.edge = shutterlab_stimuli::stimulus::Edge::Once;
-    let empty = pipeline.film(&away, 0)?.image();
+    away.trajectory = Trajectory::Once;
+    let empty = film(pipeline.as_mut(), &away, 0)?.image();
     let epsilon = measure::epsilon(&truth, &empty);
 
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/bench");
@@ -88,6 +89,12 @@ fn main() -> Result<(), Failure> {
         );
     }
     Ok(())
+}
+
+/// Frame number `frame` of `stimulus`, all its samples.
+fn film(pipeline: &mut dyn Pipeline, stimulus: &Stimulus, frame: u32) -> Result<Film, Failure> {
+    let view = &stimulus.views()[0];
+    Ok(pipeline.films(stimulus, view, frame, &[stimulus.samples])?.remove(0))
 }
 
 fn median(mut seconds: Vec<f64>) -> f64 {

@@ -27,13 +27,22 @@ impl Render for Renderer {
         self.device.describe()
     }
 
-    fn render(&mut self, stimulus: &Stimulus, frame: u32) -> Result<LinearImage, RenderError> {
+    fn render(
+        &mut self,
+        stimulus: &Stimulus,
+        frame: u32,
+        samples: &[u32],
+    ) -> Result<Vec<Vec<LinearImage>>, RenderError> {
         let (method, mut pipeline) = match self.pipeline.take() {
             Some(kept) if kept.0 == stimulus.method => kept,
             _ => (stimulus.method, self.device.pipeline(stimulus.method)),
         };
-        let film = pipeline.film(stimulus, frame)?;
+        let mut images = vec![vec![]; samples.len()];
+        for view in stimulus.views() {
+            let films = pipeline.films(stimulus, &view, frame, samples)?;
+            images.iter_mut().zip(films).for_each(|(views, film)| views.push(film.image()));
+        }
         self.pipeline = Some((method, pipeline));
-        Ok(film.image())
+        Ok(images)
     }
 }

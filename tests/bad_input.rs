@@ -46,12 +46,12 @@ fn grids_with_a_wrong_value() {
     for (from, to, expect) in [
         ("frames = 24", "frames = 0", "image.frames: 0: 1 to 9999 frames are allowed"),
         ("width_px = 160", "width_px = 0", "image.width_px: 0"),
-        ("width_px", "widht_px", "line 12: unknown field `widht_px`"),
+        ("width_px", "widht_px", "line 16: unknown field `widht_px`"),
         ("width_px", "widht_px", "did you mean `width_px`?"),
         ("[axes.samples]", "[axes.sample]", "did you mean `samples`?"),
         ("A3 = 256", "A3 = 0", "axes.samples.A3: 0"),
         ("light = 0.8", "light = 1.5", "materials.checker.light: 1.5: a reflectance is 0 to 1"),
-        ("A3 = 256", "A3 = -4", "line 40: invalid value: integer `-4`"),
+        ("A3 = 256", "A3 = -4", "line 44: invalid value: integer `-4`"),
         ("T5 = 1.0", "T5 = 1.5", "axes.shutter_open_fraction.T5: 1.5: 0 to 1"),
         (
             "M2 = \"checker\"",
@@ -66,6 +66,26 @@ fn grids_with_a_wrong_value() {
             "rolling-cube: shipped scenes are rolling-sphere",
         ),
         ("seed = 2012", "seed = ", "line"),
+        ("\"sobol\"", "\"halton\"", "unknown variant `halton`, expected one of `random`"),
+        ("\"sobol\"", "\"stratified\"", "sampling: nested: the sampler stratified needs to know"),
+        ("seed = 2012", "seed = 2012\nexemplars = 0", "exemplars: 0: 1 to 1000 are allowed"),
+        (
+            "[image]",
+            "[shutter_profile]\nkind = \"trapezoid\"\nramp_fraction = 0.6\n[image]",
+            "shutter_profile.ramp_fraction: 0.6: above 0 to 0.5",
+        ),
+        (
+            "[image]",
+            "[shutter_profile]\nkind = \"gaussian\"\nsigma_fraction = 0.0\n[image]",
+            "shutter_profile.sigma_fraction: 0: 0.01 to 10",
+        ),
+        (
+            "[image]",
+            "[stereo]\ninterocular_mm = -3.0\nconvergence = \"toe-in\"\nnoise = \"shared\"\n\
+             layout = \"anaglyph\"\n[image]",
+            "stereo.interocular_mm: -3: 0 to 1000 mm",
+        ),
+        ("image_width_deg = 14.4", "", "viewing: neither: either image_width_deg or display"),
         ("T3 = 0.5", "\"../T3\" = 0.5", "letters and digits"),
     ] {
         in_folder(|folder| {

@@ -130,3 +130,105 @@ fn two_renders_into_one_folder() {
     drop(lock);
     succeed(folder.path(), &render("out", &["--frames", "0..1"]));
 }
+
+/// One pass over the samples yields every level, and each is what rendering it alone gives.
+#[test]
+fn nested_levels_are_those_rendered_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let cell = "--size 16x9 --device cpu --frames 11..13 --select shutter=T5";
+    for (out, select) in [("all", ""), ("alone", ",samples=A4")] {
+        let words = format!("render demo -o {out} {cell}{select}");
+        succeed(folder.path(), &words.split(' ').collect::<Vec<_>>());
+    }
+    let alone = pixels_and_manifests(&folder.path().join("alone"));
+    let all = pixels_and_manifests(&folder.path().join("all"));
+    assert!(alone.len() >= 3 && alone.iter().all(|file| all.contains(file)));
+    let distinct: std::collections::BTreeSet<_> =
+        all.iter().filter(|(name, _)| name.ends_with("0012.png")).map(|(_, png)| png).collect();
+    assert_eq!(distinct.len(), 3);
+}
+
+/// The shards of a grid are disjoint and make up the whole, also as the tasks of a job array.
+#[test]
+fn shards_make_up_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    succeed(folder.path(), &render("whole", &["--frames", "0..2"]));
+    let whole = pixels_and_manifests(&folder.path().join("whole"));
+    let mut parts = vec![];
+    for shard in ["1/2", "2/2"] {
+        let out = format!("part {}", &shard[..1]);
+        succeed(folder.path(), &render(&out, &["--frames", "0..2", "--shard", shard]));
+        parts.extend(pixels_and_manifests(&folder.path().join(&out)));
+    }
+    parts.sort();
+    assert_eq!(parts, whole);
+
+    let script = succeed(folder.path(), &render("array", &["--frames", "0..2", "--slurm"]));
+    let text = std::fs::read_to_string(script.trim()).unwrap();
+    assert!(text.contains("#SBATCH --array=1-3\n"), "{text}");
+    for task in ["1", "2", "3"] {
+        let mut job = std::process::Command::new("sh");
+        let status = job.arg(script.trim()).env("SLURM_ARRAY_TASK_ID", task).output().unwrap();
+        assert!(status.status.success(), "{}", String::from_utf8_lossy(&status.stderr));
+    }
+    let mut array = pixels_and_manifests(&folder.path().join("array"));
+    array.retain(|(name, _)| name != "render.sbatch");
+    assert_eq!(array, whole);
+}
+
+/// Two eyes in one place see what one eye sees, the right one with noise of its own if it may; two
+/// eyes apart do not.
+#[test]
+fn stereo_frames_hold_two_eyes() {
+    let folder = tempfile::tempdir().unwrap();
+    let stereo = |millimetres: f64, noise: &str, convergence: &str| {
+        let text = include_str!("../stimuli/grids/demo.toml");
+        let table = format!(
+            "[stereo]\ninterocular_mm = {millimetres:.1}\nconvergence = \"{convergence}\"\n\
+             noise = \"{noise}\"\nlayout = \"side-by-side\"\n\n[image]"
+        );
+        text.replace("[image]", &table)
+    };
+    let frame = |name: &str, grid: &str, more: &[&str]| {
+        let file = format!("{name}.toml");
+        std::fs::write(folder.path().join(&file), grid).unwrap();
+        let words = "--size 32x18 --device cpu --frames 13..14 --select shutter=T3,samples=A3";
+        let words: Vec<&str> = ["render", &file, "-o", name]
+            .into_iter()
+            .chain(words.split(' '))
+            .chain(more.iter().copied())
+            .collect();
+        succeed(folder.path(), &words);
+        let sequence = Sequence::open(&folder.path().join(name).join("M2-S2-T3-A3")).unwrap();
+        sequence.read_frame(&sequence.manifest.frames[0]).unwrap()
+    };
+    let halves = |image: &shutterlab_stimuli::frames::EncodedImage| {
+        assert_eq!([image.width, image.height], [64, 18]);
+        let side = |from: usize| {
+            image.bytes.chunks(3 * 64).flat_map(|row| &row[from..from + 3 * 32]).copied().collect()
+        };
+        let (left, right): (Vec<u8>, Vec<u8>) = (side(0), side(3 * 32));
+        (left, right)
+    };
+    let mono = frame("mono", include_str!("../stimuli/grids/demo.toml"), &[]);
+    let (left, right) = halves(&frame("shared", &stereo(0.0, "shared", "toe-in"), &[]));
+    assert!(left == mono.bytes && right == mono.bytes);
+    let (left, right) = halves(&frame("own", &stereo(0.0, "independent", "off-axis"), &[]));
+    assert!(left == mono.bytes && right != mono.bytes);
+    let apart = stereo(65.0, "shared", "toe-in");
+    let (left, right) = halves(&frame("apart", &apart, &[]));
+    assert!(left != right);
+    for (layout, size) in [
+        ("half-width", [32, 18]),
+        ("top-bottom", [32, 36]),
+        ("anaglyph", [32, 18]),
+        ("difference", [32, 18]),
+    ] {
+        let image = frame(layout, &apart, &["--layout", layout]);
+        assert_eq!([image.width, image.height], size, "{layout}");
+    }
+    let error = fail(folder.path(), 2, &render("mono", &["--layout", "anaglyph"]));
+    assert!(error.contains("--layout: anaglyph: demo: the grid is not stereo"), "{error}");
+    let error = fail(folder.path(), 2, &render("mono", &["--shard", "3/2"]));
+    assert!(error.contains("with I from 1 to N"), "{error}");
+}

@@ -28,7 +28,9 @@ name = "three"
 title = "Three shutter times, small"
 scene = "rolling-sphere"
 method = "distribution-ray-tracing"
-edge = "wrap"
+trajectory = "wrap"
+sampler = "sobol"
+sampling = "nested"
 seed = 7
 
 [image]

@@ -100,7 +100,9 @@ impl StimulusSet {
     /// # Errors
     /// See [`SetError`]; every message names what is missing or does not fit.
     pub fn open(protocol: &Protocol, folder: &Path) -> Result<Self, SetError> {
-        let all = Sequence::open_all(folder)?;
+        let mut all = Sequence::open_all(folder)?;
+        // Other exemplars are for tasks that must not show the same noise twice.
+        all.retain(|sequence| sequence.manifest.stimulus.exemplar == 0);
         let axes = axes(protocol, &all)?;
         let mut sequences = Vec::new();
         let mut missing = Vec::new();
@@ -193,8 +195,11 @@ impl StimulusSet {
     fn check_like_first(&self, index: usize) -> Result<(), SetError> {
         let (one, other) = (self.stimulus(0), self.stimulus(index));
         let (a, b) = (&one.image, &other.image);
-        let size = |s: &Stimulus| format!("{}×{}", s.image.width_px, s.image.height_px);
-        let (field, values) = if (a.width_px, a.height_px) != (b.width_px, b.height_px) {
+        let size = |s: &Stimulus| {
+            let [width, height] = s.frame_size_px();
+            format!("{width}×{height}")
+        };
+        let (field, values) = if one.frame_size_px() != other.frame_size_px() {
             ("size in pixels", format!("{}, {}", size(one), size(other)))
         } else if a.fps != b.fps {
             ("frames per second", format!("{}, {}", a.fps, b.fps))

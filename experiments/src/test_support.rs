@@ -15,11 +15,19 @@ impl Render for FakeRenderer {
         Device { kind: "cpu".into(), adapter: "fake".into(), driver: String::new() }
     }
 
-    fn render(&mut self, stimulus: &Stimulus, frame: u32) -> Result<LinearImage, RenderError> {
+    fn render(
+        &mut self,
+        stimulus: &Stimulus,
+        frame: u32,
+        samples: &[u32],
+    ) -> Result<Vec<Vec<LinearImage>>, RenderError> {
         let (width, height) = (stimulus.image.width_px, stimulus.image.height_px);
-        let light = stimulus.samples as f32 / 1024.0 + stimulus.shutter_open_fraction as f32 / 4.0;
-        let pixels = vec![[light, light, frame as f32 / 8.0]; (width * height) as usize];
-        Ok(LinearImage { width, height, pixels })
+        let image = |samples: u32| {
+            let light = samples as f32 / 1024.0 + stimulus.shutter_open_fraction as f32 / 4.0;
+            let pixels = vec![[light, light, frame as f32 / 8.0]; (width * height) as usize];
+            LinearImage { width, height, pixels }
+        };
+        Ok(samples.iter().map(|&samples| vec![image(samples)]).collect())
     }
 }
 

@@ -264,8 +264,7 @@ impl Asking {
     }
 
     fn image_px(&self) -> [u32; 2] {
-        let image = &self.sitting.set.stimulus(0).image;
-        [image.width_px, image.height_px]
+        self.sitting.set.stimulus(0).frame_size_px()
     }
 
     fn is_too_small(&self, shell: &Shell) -> bool {

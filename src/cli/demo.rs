@@ -31,7 +31,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let study = args.out.join("study");
 
     eprintln!("1/3 rendering into {}", stimuli.display());
-    render(&Grid::load("demo")?, &Selection::default(), None, &stimuli, DeviceChoice::Auto)?;
+    let grid = Grid::load("demo")?;
+    let cells = grid.stimuli(&Selection::default())?;
+    render(&grid, &cells, None, &stimuli, DeviceChoice::Auto)?;
 
     eprintln!("2/3 {OBSERVERS} simulated observers answer, as study {}", study.display());
     let protocol = protocols::load("demo")?;

@@ -10,6 +10,7 @@ mod devices;
 mod progress;
 mod render;
 mod run;
+mod slurm;
 
 use clap::Parser;
 use std::io::Write;

@@ -1,8 +1,9 @@
 //! How far a render is: a bar on a terminal, a line per sequence elsewhere; and Ctrl-C.
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use shutterlab_stimuli::generate::Progress;
+use shutterlab_stimuli::generate::{Progress, passes};
 use shutterlab_stimuli::{Sequence, Stimulus};
+use std::collections::HashMap;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -27,6 +28,8 @@ fn watch_interrupts() {
 /// Progress of a render, measured in camera paths: frames of one grid differ a hundredfold in cost.
 pub struct RenderProgress {
     bar: ProgressBar,
+    /// By sequence folder, the camera paths that a frame of it adds to those of the level below.
+    cost: HashMap<String, f64>,
     paths: f64,
     paths_done: f64,
     paths_rendered: f64,
@@ -45,9 +48,11 @@ impl RenderProgress {
         if let Ok(style) = style {
             bar.set_style(style.progress_chars("=> "));
         }
+        let cost = costs(stimuli);
         Self {
             bar,
-            paths: stimuli.iter().map(|s| cost(s) * f64::from(frames_each(s))).sum(),
+            paths: stimuli.iter().map(|s| cost[&s.folder_name()] * f64::from(frames_each(s))).sum(),
+            cost,
             paths_done: 0.0,
             paths_rendered: 0.0,
             started: Instant::now(),
@@ -67,16 +72,26 @@ impl RenderProgress {
     }
 }
 
-fn cost(stimulus: &Stimulus) -> f64 {
-    let image = &stimulus.image;
-    f64::from(image.width_px) * f64::from(image.height_px) * f64::from(stimulus.samples)
+fn costs(stimuli: &[Stimulus]) -> HashMap<String, f64> {
+    let mut costs = HashMap::new();
+    for pass in passes(stimuli) {
+        let mut fewer = 0;
+        for stimulus in pass {
+            let (image, views) = (&stimulus.image, stimulus.views().len() as f64);
+            let pixels = f64::from(image.width_px) * f64::from(image.height_px) * views;
+            costs.insert(stimulus.folder_name(), pixels * f64::from(stimulus.samples - fewer));
+            fewer = stimulus.samples;
+        }
+    }
+    costs
 }
 
 impl Progress for RenderProgress {
     fn frame(&mut self, stimulus: &Stimulus, rendered: bool) {
-        self.paths_done += cost(stimulus);
+        let cost = self.cost.get(&stimulus.folder_name()).copied().unwrap_or_default();
+        self.paths_done += cost;
         if rendered {
-            self.paths_rendered += cost(stimulus);
+            self.paths_rendered += cost;
         }
         self.bar.set_message(format!(
             "{}/{} {}",

@@ -1,12 +1,14 @@
 //! `shutterlab render`: sequences of a grid, with manifests.
 
 use super::progress::RenderProgress;
-use super::{UsageError, say};
+use super::{UsageError, say, slurm};
 use crate::pipelines::DeviceChoice;
 use crate::render::Renderer;
 use anyhow::anyhow;
-use shutterlab_stimuli::generate::GenerateError;
-use shutterlab_stimuli::{Grid, Render, Selection, Sequence, generate};
+use indicatif::HumanBytes;
+use shutterlab_stimuli::generate::{GenerateError, bytes_needed, passes};
+use shutterlab_stimuli::stereo::Layout;
+use shutterlab_stimuli::{Grid, Render, Selection, Sequence, Stimulus, generate};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -14,11 +16,11 @@ use std::path::{Path, PathBuf};
 /// stopped.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A shipped grid (rolling-sphere-mono, demo) or a grid file
-    grid: String,
+    /// A shipped grid (rolling-sphere-mono, rolling-sphere-stereo, demo) or a grid file
+    pub(super) grid: String,
     /// Folder for the sequence folders
     #[arg(short, long, value_name = "DIR")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     /// Cells to render, such as material=checker,speed=S2; given again, adds cells
     #[arg(long, value_name = "AXIS=LEVEL,…")]
     select: Vec<String>,
@@ -28,12 +30,41 @@ pub struct Args {
     /// Size of the images in pixels, in place of the grid's; the view stays the same
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
+    /// How the eyes of a stereo grid make one frame, in place of the grid's layout
+    #[arg(long, value_name = "LAYOUT", value_parser = layouts())]
+    layout: Option<String>,
+    /// Only part I of N of the work, 1 to N; the parts' folders make up the whole
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    shard: Option<[usize; 2]>,
+    /// Render nothing; write a job array for Slurm that does
+    #[arg(long, conflicts_with_all = ["shard", "json"])]
+    slurm: bool,
     /// What renders
     #[arg(long, value_name = "DEVICE", default_value = "auto")]
     device: Device,
     /// Print the finished sequences as JSON
     #[arg(long)]
     json: bool,
+}
+
+impl Args {
+    /// The words that say what of the grid is rendered, how and on what.
+    pub(super) fn restrictions(&self) -> Vec<String> {
+        let mut words = vec![];
+        let mut add = |option: &str, value: String| words.extend([option.to_string(), value]);
+        self.select.iter().for_each(|select| add("--select", select.clone()));
+        if let Some(Range { start, end }) = self.frames {
+            add("--frames", format!("{start}..{end}"));
+        }
+        if let Some([width, height]) = self.size {
+            add("--size", format!("{width}x{height}"));
+        }
+        if let Some(layout) = &self.layout {
+            add("--layout", layout.clone());
+        }
+        add("--device", format!("{:?}", self.device).to_lowercase());
+        words
+    }
 }
 
 /// What renders.
@@ -62,8 +93,20 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     if let Some([width, height]) = args.size {
         (grid.image.width_px, grid.image.height_px) = (width, height);
     }
+    if let Some(layout) = &args.layout {
+        let refuse =
+            || anyhow!("render: --layout: {layout}: {}: the grid is not stereo", grid.name);
+        let stereo = grid.stereo.as_mut().ok_or_else(|| UsageError::from(refuse()))?;
+        let named = Layout::ALL.into_iter().find(|(name, _)| name == layout);
+        stereo.layout = named.map_or(stereo.layout, |(_, layout)| layout);
+    }
+    grid.check(&args.grid)?;
     let selection = Selection::parse(&args.select, &grid).map_err(UsageError::from)?;
-    let finished = render(&grid, &selection, args.frames.clone(), &args.out, args.device.into())?;
+    let stimuli = shard(grid.stimuli(&selection)?, args.shard);
+    if args.slurm {
+        return slurm::write(args, &grid.name, passes(&stimuli).len());
+    }
+    let finished = render(&grid, &stimuli, args.frames.clone(), &args.out, args.device.into())?;
     let described = finished.iter().map(|sequence| (sequence, &sequence.manifest));
     if args.json {
         let list: Vec<_> = described
@@ -92,26 +135,66 @@ fn load_grid(name: &str) -> anyhow::Result<Grid> {
     Grid::load(name).map_err(|error| if is_known { error.into() } else { UsageError::from(error) })
 }
 
-/// Renders the cells that `selection` takes into `out`.
+/// Part I of N of `stimuli`: every N-th of the passes that make them.
+fn shard(stimuli: Vec<Stimulus>, part: Option<[usize; 2]>) -> Vec<Stimulus> {
+    let Some([part, of]) = part else { return stimuli };
+    let passes = passes(&stimuli).into_iter().skip(part - 1).step_by(of);
+    passes.flatten().cloned().collect()
+}
+
+/// Renders `stimuli` of `grid` into `out`.
 pub(super) fn render(
     grid: &Grid,
-    selection: &Selection,
+    stimuli: &[Stimulus],
     frames: Option<Range<u32>>,
     out: &Path,
     device: DeviceChoice,
 ) -> anyhow::Result<Vec<Sequence>> {
-    let stimuli = grid.stimuli(selection)?;
+    check_space(stimuli, frames.as_ref(), out)?;
     let mut renderer = Renderer::open(device).map_err(|error| anyhow!(error))?;
     let described = renderer.device();
     eprintln!("sequences: {}, on {} ({})", stimuli.len(), described.adapter, described.kind);
     let length = frames.as_ref().map(|range| range.end.saturating_sub(range.start));
     let mut progress =
-        RenderProgress::new(&stimuli, |stimulus| length.unwrap_or(stimulus.image.frames));
-    match generate(&grid.name, &stimuli, frames, out, &mut renderer, &mut progress) {
+        RenderProgress::new(stimuli, |stimulus| length.unwrap_or(stimulus.image.frames));
+    match generate(&grid.name, stimuli, frames, out, &mut renderer, &mut progress) {
         Ok(()) => Ok(progress.finished),
         Err(error @ GenerateError::Frames { .. }) => Err(UsageError::from(error)),
         Err(error) => Err(error.into()),
     }
+}
+
+/// Says how much the frames will take, and refuses to begin what the disk cannot hold.
+fn check_space(
+    stimuli: &[Stimulus],
+    frames: Option<&Range<u32>>,
+    out: &Path,
+) -> anyhow::Result<()> {
+    let needed: u64 = stimuli.iter().map(|stimulus| bytes_needed(stimulus, frames, out)).sum();
+    // The folder may not be there yet, but one above it is.
+    let there = out.ancestors().find(|folder| folder.exists() && !folder.as_os_str().is_empty());
+    let free = fs4::available_space(there.unwrap_or(Path::new(".")));
+    let free =
+        free.map_err(|e| anyhow!("{}: its free space cannot be told: {e}", out.display()))?;
+    eprintln!("disk space: up to {} to come, {} free", HumanBytes(needed), HumanBytes(free));
+    if needed > free {
+        let (needed, free) = (HumanBytes(needed), HumanBytes(free));
+        let shown = out.display();
+        return Err(anyhow!("render: -o: {shown}: {free} free: up to {needed} may be needed"));
+    }
+    Ok(())
+}
+
+fn layouts() -> [&'static str; Layout::ALL.len()] {
+    Layout::ALL.map(|(name, _)| name)
+}
+
+fn parse_shard(text: &str) -> Result<[usize; 2], String> {
+    let parsed = text
+        .split_once('/')
+        .and_then(|(i, n)| Some([i.trim().parse().ok()?, n.trim().parse().ok()?]));
+    let part = parsed.filter(|[part, of]: &[usize; 2]| (1..=*of).contains(part));
+    part.ok_or("I/N is needed, such as 3/45, with I from 1 to N".into())
 }
 
 fn parse_range(text: &str) -> Result<Range<u32>, String> {

@@ -8,16 +8,23 @@ use crate::film::Film;
 use crate::gpu::device::Gpu;
 use distribution_ray_tracing::reference;
 use shutterlab_stimuli::generate::RenderError;
-use shutterlab_stimuli::stimulus::Method;
+use shutterlab_stimuli::stimulus::{Method, View};
 use shutterlab_stimuli::{Device, Stimulus};
 
 /// A rendering method on an open device.
 pub trait Pipeline {
-    /// Gathers all samples of frame number `frame` of `stimulus`.
+    /// Gathers the samples of frame number `frame` of `stimulus` as `view` sees it, and returns the
+    /// film at each of the numbers of `samples`, which ascend.
     ///
     /// # Errors
     /// The device fails or cannot hold the image or the light map.
-    fn film(&mut self, stimulus: &Stimulus, frame: u32) -> Result<Film, RenderError>;
+    fn films(
+        &mut self,
+        stimulus: &Stimulus,
+        view: &View,
+        frame: u32,
+        samples: &[u32],
+    ) -> Result<Vec<Film>, RenderError>;
 }
 
 /// Which device to open.

@@ -3,9 +3,12 @@
 
 pub mod median_cut;
 pub mod random;
+pub mod sampler;
 pub mod warp;
 
 /// WGSL twin of [`random`].
 pub const RANDOM_WGSL: &str = include_str!("random.wgsl");
+/// WGSL twin of [`sampler`].
+pub const SAMPLER_WGSL: &str = include_str!("sampler.wgsl");
 /// WGSL twin of [`warp`].
 pub const WARP_WGSL: &str = include_str!("warp.wgsl");

@@ -41,7 +41,8 @@ fn pcg4d(input: [u32; 4]) -> [u32; 4] {
     mix(mix(scrambled).map(|word| word ^ (word >> 16)))
 }
 
-fn mix([x, y, z, w]: [u32; 4]) -> [u32; 4] {
+/// One round of the hash.
+pub(super) fn mix([x, y, z, w]: [u32; 4]) -> [u32; 4] {
     let x = x.wrapping_add(y.wrapping_mul(w));
     let y = y.wrapping_add(z.wrapping_mul(x));
     let z = z.wrapping_add(x.wrapping_mul(y));

@@ -19,12 +19,11 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// The camera of `description` with an image `width_px` wide. It holds y up; a camera that looks
-    /// straight up or down takes −z as the top of its image.
+    /// The camera of `description` with an image `width_px` wide. It holds y up.
     pub fn new(description: &scene::Camera, width_px: u32) -> Self {
         let position = DVec3::from(description.position_m);
         let forward = (DVec3::from(description.look_at_m) - position).normalize_or(DVec3::NEG_Z);
-        let right = forward.cross(DVec3::Y).try_normalize().unwrap_or(DVec3::X);
+        let right = DVec3::from(description.right());
         let up = right.cross(forward);
         Self {
             position: position.as_vec3(),

@@ -3,8 +3,11 @@
 pub mod camera;
 pub mod environment;
 pub mod motion;
+pub mod shutter;
 
 /// WGSL twin of [`environment`].
 pub const ENVIRONMENT_WGSL: &str = include_str!("environment.wgsl");
 /// WGSL twin of [`motion`].
 pub const MOTION_WGSL: &str = include_str!("motion.wgsl");
+/// WGSL twin of [`shutter`].
+pub const SHUTTER_WGSL: &str = include_str!("shutter.wgsl");

@@ -28,8 +28,6 @@ pub struct Material {
 const CONSTANT: u32 = 0;
 const CHECKER: u32 = 1;
 const NOISE: u32 = 2;
-/// How many kinds there are.
-pub const MATERIAL_KINDS: usize = 3;
 
 impl Material {
     /// The pattern of `description`.

@@ -1,9 +1,11 @@
 //! Makes sequence folders from stimuli: frame by frame, so that an interrupted run goes on where it
-//! stopped and what is finished is never rendered again.
+//! stopped and what is finished is never rendered again. Stimuli that differ in nothing but the number
+//! of samples are made together: one pass over the samples of a frame yields it at every level.
 
 use crate::frames::{EncodedImage, LinearImage};
 use crate::manifest::{self, Device, Frame, Manifest, Sequence, SequenceError, frame_path, json};
 use crate::stimulus::Stimulus;
+use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use shutterlab_data_schema::files::{create_folder, named, write_atomically};
 use std::io;
@@ -16,12 +18,18 @@ pub trait Render {
     /// What renders, for the manifest.
     fn device(&self) -> Device;
 
-    /// Renders frame number `frame` of `stimulus`. The same arguments give the same image, whatever
-    /// was rendered before.
+    /// Renders frame number `frame` of `stimulus`: for each number in `samples`, which ascend, the
+    /// images of its [`Stimulus::views`] made of that many samples of the stimulus's own. The same
+    /// arguments give the same images, whatever was rendered before and whatever else is in `samples`.
     ///
     /// # Errors
     /// The device fails, or cannot render this stimulus.
-    fn render(&mut self, stimulus: &Stimulus, frame: u32) -> Result<LinearImage, RenderError>;
+    fn render(
+        &mut self,
+        stimulus: &Stimulus,
+        frame: u32,
+        samples: &[u32],
+    ) -> Result<Vec<Vec<LinearImage>>, RenderError>;
 }
 
 /// Why a renderer failed.
@@ -106,7 +114,7 @@ impl Origin {
 /// File that tells the origin of the frames in a folder that is not yet finished.
 const ORIGIN_FILE: &str = "unfinished.json";
 
-/// Renders frames `frames` (all, if none are named) of every stimulus into `out/<id>/`.
+/// Renders frames `frames` (all, if none are named) of every stimulus into its folder in `out`.
 ///
 /// A sequence whose manifest already lists all the frames is skipped; frames that an earlier run
 /// left, by the same program on the same device, are kept.
@@ -121,9 +129,9 @@ pub fn generate(
     renderer: &mut dyn Render,
     progress: &mut dyn Progress,
 ) -> Result<(), GenerateError> {
+    let range_of = |stimulus: &Stimulus| frames.clone().unwrap_or(0..stimulus.image.frames);
     for stimulus in stimuli {
-        let length = stimulus.image.frames;
-        let range = frames.clone().unwrap_or(0..length);
+        let (range, length) = (range_of(stimulus), stimulus.image.frames);
         if range.is_empty() || range.end > length {
             return Err(GenerateError::Frames {
                 range,
@@ -134,102 +142,177 @@ pub fn generate(
     }
     // What cannot be written is better said before hours of rendering than after.
     for stimulus in stimuli {
-        same_stimulus(&out.join(&stimulus.id), stimulus)?;
+        same_stimulus(&out.join(stimulus.folder_name()), stimulus)?;
     }
-    for stimulus in stimuli {
-        let range = frames.clone().unwrap_or(0..stimulus.image.frames);
-        let folder = out.join(&stimulus.id);
-        create_folder(&folder)?;
-        make_sequence(grid, stimulus, range, &folder, renderer, progress)?;
+    for pass in passes(stimuli) {
+        let range = range_of(pass[0]);
+        make_sequences(grid, &pass, range, out, renderer, progress)?;
     }
     Ok(())
 }
 
-fn make_sequence(
+/// The stimuli in groups that one pass over the samples yields together, in their order; within a
+/// group the number of samples ascends.
+pub fn passes(stimuli: &[Stimulus]) -> Vec<Vec<&Stimulus>> {
+    let mut passes: IndexMap<_, Vec<&Stimulus>> = IndexMap::new();
+    for stimulus in stimuli {
+        passes.entry((&stimulus.noise_stream, stimulus.exemplar)).or_default().push(stimulus);
+    }
+    let sorted = |mut pass: Vec<_>| {
+        pass.sort_by_key(|stimulus: &&Stimulus| stimulus.samples);
+        pass
+    };
+    passes.into_values().map(sorted).collect()
+}
+
+/// Bytes that the frames `frames` (all, if none are named) of `stimulus` may take that are not yet in
+/// its folder in `out`: seven tenths of their pixels', which is what the noisiest frames take as PNG.
+pub fn bytes_needed(stimulus: &Stimulus, frames: Option<&Range<u32>>, out: &Path) -> u64 {
+    let folder = out.join(stimulus.folder_name());
+    let range = frames.cloned().unwrap_or(0..stimulus.image.frames);
+    let missing = range.filter(|&index| !frame_path(&folder, index).exists()).count() as u64;
+    let [width, height] = stimulus.frame_size_px().map(u64::from);
+    missing * (3 * width * height * 7 / 10)
+}
+
+/// A sequence that is being made.
+struct Unfinished<'a> {
+    stimulus: &'a Stimulus,
+    folder: PathBuf,
+    origin: Origin,
+    frames: Vec<Frame>,
+    /// How many of the frames this run rendered.
+    rendered: usize,
+    /// Keeps other processes away.
+    _lock: std::fs::File,
+}
+
+fn make_sequences(
     grid: &str,
-    stimulus: &Stimulus,
+    pass: &[&Stimulus],
     range: Range<u32>,
-    folder: &Path,
+    out: &Path,
     renderer: &mut dyn Render,
     progress: &mut dyn Progress,
 ) -> Result<(), GenerateError> {
-    let _lock = lock(folder)?;
-    let finished = finished_sequence(folder, stimulus)?;
-    if let Some(sequence) = &finished
-        && range.clone().all(|index| sequence.manifest.frames.iter().any(|f| f.index == index))
-    {
-        range.for_each(|_| progress.frame(stimulus, false));
-        progress.sequence(sequence, 0);
-        return Ok(());
+    let mut unfinished = Vec::new();
+    for stimulus in pass {
+        unfinished.extend(Unfinished::open(stimulus, &range, out, renderer, progress)?);
     }
-
-    let mut origin = Origin {
-        definition: json(stimulus),
-        program_version: env!("CARGO_PKG_VERSION").into(),
-        device: renderer.device(),
-        render_seconds: finished.as_ref().map_or(0.0, |s| s.manifest.render_seconds),
-    };
-    claim(folder, finished.as_ref(), &mut origin)?;
-    let mut rendered = 0;
-    let mut frames = finished.map_or(vec![], |sequence| sequence.manifest.frames);
     for index in range {
+        let mut missing = Vec::new();
+        for sequence in &mut unfinished {
+            if !sequence.keep(index, progress) {
+                missing.push(sequence);
+            }
+        }
+        if missing.is_empty() {
+            continue;
+        }
         if progress.stop() {
             return Err(GenerateError::Stopped);
         }
-        // What the manifest lists has been held against it when the sequence was opened.
-        if frames.iter().any(|frame| frame.index == index) {
-            progress.frame(stimulus, false);
-            continue;
+        let samples: Vec<u32> = missing.iter().map(|sequence| sequence.stimulus.samples).collect();
+        let begun = Instant::now();
+        let last = missing[missing.len() - 1].stimulus;
+        let images = renderer.render(last, index, &samples).map_err(|source| {
+            GenerateError::Render { stimulus: last.id.clone(), frame: index, source }
+        })?;
+        // Each sequence bears the time of the samples that it adds.
+        let seconds_per_sample = begun.elapsed().as_secs_f64() / f64::from(last.samples);
+        let mut fewer = 0;
+        for (sequence, views) in missing.into_iter().zip(images) {
+            let added = sequence.stimulus.samples - fewer;
+            fewer = sequence.stimulus.samples;
+            sequence.add(index, &views, seconds_per_sample * f64::from(added))?;
+            progress.frame(sequence.stimulus, true);
         }
-        let file = frame_path(folder, index);
-        let kept = EncodedImage::read_png(&file).ok();
-        let is_new = kept.is_none();
-        let image = match kept {
-            Some(image) => image,
-            None => {
-                let begun = Instant::now();
-                let image = render_frame(stimulus, index, &file, renderer)?;
-                origin.render_seconds += begun.elapsed().as_secs_f64();
-                write_atomically(&folder.join(ORIGIN_FILE), json(&origin).as_bytes())?;
-                image
-            }
-        };
-        rendered += usize::from(is_new);
-        frames.push(Frame { index, sha256: image.sha256() });
-        progress.frame(stimulus, is_new);
     }
-    frames.sort_by_key(|frame| frame.index);
-    let manifest = Manifest {
-        schema: 1,
-        grid: grid.into(),
-        sha256: Manifest::hash(stimulus, &frames),
-        stimulus: stimulus.clone(),
-        frames,
-        program_version: origin.program_version,
-        device: origin.device,
-        render_seconds: origin.render_seconds,
-    };
-    manifest.write(folder)?;
-    let origin_file = folder.join(ORIGIN_FILE);
-    std::fs::remove_file(&origin_file).map_err(|e| named(&origin_file, &e))?;
-    progress.sequence(&Sequence { folder: folder.into(), manifest }, rendered);
-    Ok(())
+    unfinished.into_iter().try_for_each(|sequence| sequence.finish(grid, progress))
 }
 
-fn render_frame(
-    stimulus: &Stimulus,
-    index: u32,
-    file: &Path,
-    renderer: &mut dyn Render,
-) -> Result<EncodedImage, GenerateError> {
-    let linear = renderer.render(stimulus, index).map_err(|source| GenerateError::Render {
-        stimulus: stimulus.id.clone(),
-        frame: index,
-        source,
-    })?;
-    let image = linear.encode(stimulus.image.exposure_stops, stimulus.image.transfer);
-    write_atomically(file, &image.to_png()?)?;
-    Ok(image)
+impl<'a> Unfinished<'a> {
+    /// Takes the folder of `stimulus`, unless all frames of `range` are finished there.
+    fn open(
+        stimulus: &'a Stimulus,
+        range: &Range<u32>,
+        out: &Path,
+        renderer: &dyn Render,
+        progress: &mut dyn Progress,
+    ) -> Result<Option<Self>, GenerateError> {
+        let folder = out.join(stimulus.folder_name());
+        create_folder(&folder)?;
+        let lock = lock(&folder)?;
+        let finished = finished_sequence(&folder, stimulus)?;
+        if let Some(sequence) = &finished
+            && range.clone().all(|index| sequence.manifest.frames.iter().any(|f| f.index == index))
+        {
+            range.clone().for_each(|_| progress.frame(stimulus, false));
+            progress.sequence(sequence, 0);
+            return Ok(None);
+        }
+        let mut origin = Origin {
+            definition: json(stimulus),
+            program_version: env!("CARGO_PKG_VERSION").into(),
+            device: renderer.device(),
+            render_seconds: finished.as_ref().map_or(0.0, |s| s.manifest.render_seconds),
+        };
+        claim(&folder, finished.as_ref(), &mut origin)?;
+        let frames = finished.map_or(vec![], |sequence| sequence.manifest.frames);
+        Ok(Some(Self { stimulus, folder, origin, frames, rendered: 0, _lock: lock }))
+    }
+
+    /// Whether frame number `index` is there already, finished or left by an interrupted run.
+    fn keep(&mut self, index: u32, progress: &mut dyn Progress) -> bool {
+        // What the manifest lists has been held against it when the sequence was opened.
+        if !self.frames.iter().any(|frame| frame.index == index) {
+            let Ok(image) = EncodedImage::read_png(&frame_path(&self.folder, index)) else {
+                return false;
+            };
+            if [image.width, image.height] != self.stimulus.frame_size_px() {
+                return false;
+            }
+            self.frames.push(Frame { index, sha256: image.sha256() });
+        }
+        progress.frame(self.stimulus, false);
+        true
+    }
+
+    /// Writes frame number `index`.
+    fn add(
+        &mut self,
+        index: u32,
+        views: &[LinearImage],
+        seconds: f64,
+    ) -> Result<(), GenerateError> {
+        let image = self.stimulus.encode(views);
+        write_atomically(&frame_path(&self.folder, index), &image.to_png()?)?;
+        self.origin.render_seconds += seconds;
+        write_atomically(&self.folder.join(ORIGIN_FILE), json(&self.origin).as_bytes())?;
+        self.frames.push(Frame { index, sha256: image.sha256() });
+        self.rendered += 1;
+        Ok(())
+    }
+
+    /// Writes the manifest.
+    fn finish(mut self, grid: &str, progress: &mut dyn Progress) -> Result<(), GenerateError> {
+        self.frames.sort_by_key(|frame| frame.index);
+        let manifest = Manifest {
+            schema: 1,
+            grid: grid.into(),
+            sha256: Manifest::hash(self.stimulus, &self.frames),
+            stimulus: self.stimulus.clone(),
+            frames: self.frames,
+            program_version: self.origin.program_version,
+            device: self.origin.device,
+            render_seconds: self.origin.render_seconds,
+        };
+        manifest.write(&self.folder)?;
+        let origin_file = self.folder.join(ORIGIN_FILE);
+        std::fs::remove_file(&origin_file).map_err(|e| named(&origin_file, &e))?;
+        progress.sequence(&Sequence { folder: self.folder, manifest }, self.rendered);
+        Ok(())
+    }
 }
 
 /// The finished sequence in `folder`, if there is one; it must be of this very stimulus.
@@ -339,14 +422,23 @@ mod tests {
             Device { kind: "cpu".into(), adapter: self.adapter.into(), driver: String::new() }
         }
 
-        fn render(&mut self, stimulus: &Stimulus, frame: u32) -> Result<LinearImage, RenderError> {
+        fn render(
+            &mut self,
+            stimulus: &Stimulus,
+            frame: u32,
+            samples: &[u32],
+        ) -> Result<Vec<Vec<LinearImage>>, RenderError> {
             if self.fail_at == Some(frame) {
                 return Err("the device is gone".into());
             }
             self.rendered += 1;
             let (width, height) = (stimulus.image.width_px, stimulus.image.height_px);
-            let grey = frame as f32 / stimulus.image.frames as f32;
-            Ok(LinearImage { width, height, pixels: vec![[grey; 3]; (width * height) as usize] })
+            let image = |samples: u32| {
+                let red = frame as f32 / stimulus.image.frames as f32;
+                let pixel = [red, samples as f32 / 1024.0, 0.0];
+                LinearImage { width, height, pixels: vec![pixel; (width * height) as usize] }
+            };
+            Ok(samples.iter().map(|&n| vec![image(n); stimulus.views().len()]).collect())
         }
     }
 
@@ -407,6 +499,41 @@ mod tests {
         );
         assert_eq!(error.unwrap_err().to_string(), "M2-S2-T3-A3: frame 3: the device is gone");
         assert!(Sequence::open_all(out.path()).unwrap().is_empty());
+    }
+
+    /// The levels of `samples` come from one pass per frame, and what a level lacks after an
+    /// interruption is all that is rendered of it; exemplars and independent levels have passes of
+    /// their own.
+    #[test]
+    fn levels_of_samples_share_their_passes() {
+        let mut grid = Grid::load("demo").unwrap();
+        (grid.image.width_px, grid.image.height_px, grid.exemplars) = (4, 3, 2);
+        let selection = Selection::parse(&["shutter=T3"], &grid).unwrap();
+        let stimuli = grid.stimuli(&selection).unwrap();
+        let ids = |pass: &Vec<&Stimulus>| {
+            pass.iter().map(|stimulus| stimulus.folder_name()).collect::<Vec<_>>().join(" ")
+        };
+        let nested: Vec<String> = passes(&stimuli).iter().map(ids).collect();
+        assert_eq!(
+            nested,
+            ["M2-S2-T3-A3 M2-S2-T3-A4 M2-S2-T3-A5", "M2-S2-T3-A3-E1 M2-S2-T3-A4-E1 M2-S2-T3-A5-E1"]
+        );
+        let out = tempfile::tempdir().unwrap();
+        let make = |painter: &mut Painter| {
+            generate("demo", &stimuli, None, out.path(), painter, &mut Quiet::default()).unwrap();
+            painter.rendered
+        };
+        assert_eq!(make(&mut painter("one")), 48);
+        let image = |folder: &str| {
+            EncodedImage::read_png(&out.path().join(folder).join("frame-0003.png")).unwrap()
+        };
+        assert_ne!(image("M2-S2-T3-A3"), image("M2-S2-T3-A4"));
+        std::fs::remove_dir_all(out.path().join("M2-S2-T3-A4")).unwrap();
+        assert_eq!(make(&mut painter("one")), 24);
+        assert_eq!(Sequence::open_all(out.path()).unwrap().len(), 6);
+
+        grid.sampling = crate::grid::Sampling::Independent;
+        assert_eq!(passes(&grid.stimuli(&selection).unwrap()).len(), 6);
     }
 
     /// Frames that another device left are rendered again, not mixed in.

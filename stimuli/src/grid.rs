@@ -1,7 +1,8 @@
 //! A grid of stimuli: axes × levels, one TOML file. Selection of cells, and their resolution.
 
 use crate::scene::{Material, Scene};
-use crate::stimulus::{Edge, ImageFormat, Method, Stimulus};
+use crate::stereo::{Layout, Stereo};
+use crate::stimulus::{ImageFormat, Method, Sampler, ShutterProfile, Stimulus, Trajectory};
 use crate::viewing::Viewing;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -22,9 +23,21 @@ pub struct Grid {
     /// How the stimuli are rendered.
     pub method: Method,
     /// What happens when the sphere leaves the view.
-    pub edge: Edge,
+    pub trajectory: Trajectory,
     /// Seed of all noise.
     pub seed: u64,
+    /// Where the samples fall.
+    pub sampler: Sampler,
+    /// Whether the levels of `samples` share their noise.
+    pub sampling: Sampling,
+    /// Realisations of the noise of each stimulus.
+    #[serde(default = "one")]
+    pub exemplars: u32,
+    /// What the shutter lets through while it is open; all, if nothing is said.
+    #[serde(default = "ShutterProfile::full")]
+    pub shutter_profile: ShutterProfile,
+    /// Two eyes; one, if nothing is said.
+    pub stereo: Option<Stereo>,
     /// Size, length and encoding of the sequences.
     pub image: ImageFormat,
     /// How large they appear.
@@ -33,6 +46,20 @@ pub struct Grid {
     pub materials: IndexMap<String, Material>,
     /// The axes.
     pub axes: Axes,
+}
+
+/// Whether the levels of the axis `samples` share their noise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sampling {
+    /// The samples of a level are the first of the next: one pass yields them all.
+    Nested,
+    /// Each level has samples of its own.
+    Independent,
+}
+
+fn one() -> u32 {
+    1
 }
 
 /// The levels of each axis, in the order of the file.
@@ -57,8 +84,9 @@ const AXIS_KEYS: [&str; 4] = ["material", "speed_deg_per_s", "shutter_open_fract
 
 /// Grids that come with Shutterlab, by name.
 const SHIPPED: &[(&str, &str)] = &[
-    ("demo", include_str!("../grids/demo.toml")),
     ("rolling-sphere-mono", include_str!("../grids/rolling-sphere-mono.toml")),
+    ("rolling-sphere-stereo", include_str!("../grids/rolling-sphere-stereo.toml")),
+    ("demo", include_str!("../grids/demo.toml")),
 ];
 
 impl Grid {
@@ -109,17 +137,62 @@ impl Grid {
         {
             return refuse("image.transfer.gamma", &gamma, "0.1 to 10 is allowed");
         }
-        if !(0.01..=180.0).contains(&self.viewing.image_width_deg) {
-            return refuse(
-                "viewing.image_width_deg",
-                &self.viewing.image_width_deg,
-                "0.01 to 180 degrees are allowed",
-            );
-        }
+        self.viewing.check(file)?;
+        self.check_sampling(file)?;
         for (name, material) in &self.materials {
             check_material(&format!("materials.{name}"), material, file)?;
         }
         self.check_axes(file)
+    }
+
+    fn check_sampling(&self, file: &str) -> Result<(), DefinitionError> {
+        let refuse = |field: &str, value: &dyn ToString, allowed: &str| {
+            Err(DefinitionError::value(file, field, value.to_string(), allowed))
+        };
+        if (self.sampler, self.sampling) == (Sampler::Stratified, Sampling::Nested) {
+            return refuse(
+                "sampling",
+                &"nested",
+                "the sampler stratified needs to know the number of samples: independent is allowed, \
+                 or the samplers random and sobol",
+            );
+        }
+        if !(1..=1000).contains(&self.exemplars) {
+            return refuse("exemplars", &self.exemplars, "1 to 1000 are allowed");
+        }
+        match self.shutter_profile {
+            ShutterProfile::Trapezoid { ramp_fraction }
+                if !(ramp_fraction > 0.0 && ramp_fraction <= 0.5) =>
+            {
+                return refuse(
+                    "shutter_profile.ramp_fraction",
+                    &ramp_fraction,
+                    "above 0 to 0.5 of the interval is allowed",
+                );
+            }
+            ShutterProfile::Gaussian { sigma_fraction }
+                if !(0.01..=10.0).contains(&sigma_fraction) =>
+            {
+                return refuse(
+                    "shutter_profile.sigma_fraction",
+                    &sigma_fraction,
+                    "0.01 to 10 of the interval is allowed",
+                );
+            }
+            _ => {}
+        }
+        let Some(stereo) = &self.stereo else { return Ok(()) };
+        if !(0.0..=1000.0).contains(&stereo.interocular_mm) {
+            return refuse(
+                "stereo.interocular_mm",
+                &stereo.interocular_mm,
+                "0 to 1000 mm are allowed",
+            );
+        }
+        if stereo.layout == Layout::HalfWidth && self.image.width_px % 2 == 1 {
+            return refuse("image.width_px", &self.image.width_px, "half-width needs an even one");
+        }
+        Ok(())
     }
 
     fn check_axes(&self, file: &str) -> Result<(), DefinitionError> {
@@ -216,27 +289,41 @@ impl Grid {
                         if !selection.takes(names.map(String::as_str)) {
                             continue;
                         }
-                        stimuli.push(Stimulus {
-                            id: names.map(String::as_str).join("-"),
-                            levels: AXES
-                                .iter()
-                                .map(|axis| axis.to_string())
-                                .zip(names.map(String::clone))
-                                .collect(),
-                            method: self.method,
-                            material: self.materials[material_name].clone(),
-                            speed_deg_per_s,
-                            speed_m_per_s: speed_deg_per_s * metres_per_degree,
-                            shutter_open_fraction,
-                            samples,
-                            seed: self.seed,
-                            noise_stream: [material, speed, shutter].map(String::as_str).join("-"),
-                            exemplar: 0,
-                            image: self.image.clone(),
-                            pixels_per_degree,
-                            edge: self.edge,
-                            scene: scene.clone(),
-                        });
+                        let id = names.map(String::as_str).join("-");
+                        let noise_stream = match self.sampling {
+                            Sampling::Nested => {
+                                names[..3].iter().map(|n| n.as_str()).collect::<Vec<_>>().join("-")
+                            }
+                            Sampling::Independent => id.clone(),
+                        };
+                        for exemplar in 0..self.exemplars {
+                            stimuli.push(Stimulus {
+                                id: id.clone(),
+                                levels: AXES
+                                    .iter()
+                                    .map(|axis| axis.to_string())
+                                    .zip(names.map(String::clone))
+                                    .collect(),
+                                method: self.method,
+                                material: self.materials[material_name].clone(),
+                                speed_deg_per_s,
+                                speed_px_per_s: speed_deg_per_s * pixels_per_degree,
+                                speed_m_per_s: speed_deg_per_s * metres_per_degree,
+                                shutter_open_fraction,
+                                shutter_profile: self.shutter_profile,
+                                samples,
+                                sampler: self.sampler,
+                                seed: self.seed,
+                                noise_stream: noise_stream.clone(),
+                                exemplar,
+                                image: self.image.clone(),
+                                viewing: self.viewing.clone(),
+                                pixels_per_degree,
+                                trajectory: self.trajectory,
+                                stereo: self.stereo.clone(),
+                                scene: scene.clone(),
+                            });
+                        }
                     }
                 }
             }

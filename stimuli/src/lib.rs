@@ -11,6 +11,7 @@ pub mod generate;
 pub mod grid;
 pub mod manifest;
 pub mod scene;
+pub mod stereo;
 pub mod stimulus;
 pub mod viewing;
 

@@ -164,11 +164,11 @@ impl Sequence {
     pub fn read_frame(&self, frame: &Frame) -> Result<EncodedImage, SequenceError> {
         let file = self.frame_path(frame.index);
         let image = EncodedImage::read_png(&file)?;
-        let format = &self.manifest.stimulus.image;
-        if (image.width, image.height) != (format.width_px, format.height_px) {
+        let [width, height] = self.manifest.stimulus.frame_size_px();
+        if [image.width, image.height] != [width, height] {
             let what = format!(
-                "{}×{} pixels: the manifest says {}×{}",
-                image.width, image.height, format.width_px, format.height_px
+                "{}×{} pixels: the manifest says {width}×{height}",
+                image.width, image.height
             );
             return Err(SequenceError::Invalid { file, what });
         }

@@ -136,6 +136,14 @@ impl Scene {
 }
 
 impl Camera {
+    /// Unit vector towards the right of the image, which holds y up; of a camera that looks straight
+    /// up or down it is x.
+    pub fn right(&self) -> [f64; 3] {
+        let [x, _, z] = std::array::from_fn(|i| self.look_at_m[i] - self.position_m[i]);
+        let length = x.hypot(z);
+        if length > 0.0 { [-z / length, 0.0, x / length] } else { [1.0, 0.0, 0.0] }
+    }
+
     /// Distance from the pinhole to the point it looks at, in metres.
     pub fn focus_distance_m(&self) -> f64 {
         let squares = (0..3).map(|i| (self.position_m[i] - self.look_at_m[i]).powi(2));

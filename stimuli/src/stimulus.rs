@@ -1,7 +1,9 @@
 //! A stimulus: one cell of a grid, with every parameter that its pixels depend on.
 
-use crate::frames::Transfer;
-use crate::scene::{Material, Scene};
+use crate::frames::{EncodedImage, LinearImage, Transfer};
+use crate::scene::{Camera, Material, Scene};
+use crate::stereo::{Convergence, EyeNoise, Stereo};
+use crate::viewing::Viewing;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
@@ -19,27 +21,85 @@ pub struct Stimulus {
     pub material: Material,
     /// Screen velocity of the sphere's centre, in degrees of visual angle per second.
     pub speed_deg_per_s: f64,
+    /// The same in pixels per second.
+    pub speed_px_per_s: f64,
     /// Velocity of the sphere, in metres per second.
     pub speed_m_per_s: f64,
     /// Part of the frame time that the shutter is open, centred on the frame's time; 0 is an instant.
     pub shutter_open_fraction: f64,
+    /// What the shutter lets through while it is open.
+    pub shutter_profile: ShutterProfile,
     /// Camera paths per pixel.
     pub samples: u32,
+    /// Where in pixel, shutter time and light they fall.
+    pub sampler: Sampler,
     /// Seed of all noise of the grid.
     pub seed: u64,
-    /// What sets this stimulus's noise apart from that of others: its level names without the
-    /// number of samples, so that fewer samples are a prefix of more.
+    /// What sets this stimulus's noise apart from that of others: its level names, with nested
+    /// sampling without the number of samples, so that fewer samples are a prefix of more.
     pub noise_stream: String,
     /// Which realisation of the noise this is, from 0.
     pub exemplar: u32,
     /// Size, length and encoding.
     pub image: ImageFormat,
-    /// Pixels per degree of visual angle.
+    /// How large the image appears.
+    pub viewing: Viewing,
+    /// Pixels per degree of visual angle, that is: per image width over its angle.
     pub pixels_per_degree: f64,
     /// What happens when the sphere leaves the view.
-    pub edge: Edge,
+    pub trajectory: Trajectory,
+    /// Two eyes, or one.
+    pub stereo: Option<Stereo>,
     /// What is in view.
     pub scene: Scene,
+}
+
+impl ShutterProfile {
+    /// All light from opening to closing.
+    pub(crate) fn full() -> Self {
+        Self::Box
+    }
+}
+
+/// What one eye sees of a stimulus.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// The camera in its place.
+    pub camera: Camera,
+    /// Where the camera's axis meets the image, in pixels to the right of its centre.
+    pub shift_px: f64,
+    /// Which noise it has: views with the same number have the same.
+    pub noise: u32,
+}
+
+/// Where in the pixel, the shutter interval and the light the samples fall.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sampler {
+    /// Independent random numbers.
+    Random,
+    /// Correlated multi-jittered (Kensler 2013): knows the number of samples.
+    Stratified,
+    /// Owen-scrambled Sobol' (Burley 2020).
+    Sobol,
+}
+
+/// How much light the shutter lets through over its interval. Fractions are of the interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind", deny_unknown_fields)]
+pub enum ShutterProfile {
+    /// All of it, from opening to closing.
+    Box,
+    /// Opens and closes linearly.
+    Trapezoid {
+        /// Length of either ramp, up to a half.
+        ramp_fraction: f64,
+    },
+    /// A Gaussian about the middle, cut off at the ends.
+    Gaussian {
+        /// Its standard deviation.
+        sigma_fraction: f64,
+    },
 }
 
 /// Rendering methods.
@@ -71,7 +131,7 @@ pub struct ImageFormat {
 /// What happens when the sphere leaves the view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Edge {
+pub enum Trajectory {
     /// Nothing: it passes once.
     Once,
     /// When sphere and streak are wholly outside, it comes back in on the other side.
@@ -94,6 +154,14 @@ pub struct SpherePath {
 }
 
 impl Stimulus {
+    /// Name of its sequence folder: the id, and the number of the exemplar where it is not the first.
+    pub fn folder_name(&self) -> String {
+        match self.exemplar {
+            0 => self.id.clone(),
+            exemplar => format!("{}-E{exemplar}", self.id),
+        }
+    }
+
     /// Where the sphere is during frame `frame`.
     ///
     /// At time t it has covered x(t) = v·(t − half the sequence's length). With `wrap` the period
@@ -105,13 +173,13 @@ impl Stimulus {
         let ImageFormat { fps, frames, .. } = self.image;
         let covered = self.speed_m_per_s * (f64::from(frame) - f64::from(frames) / 2.0) / fps;
         let half_view = self.half_view_width_m();
-        let (x_m, bounce_m) = match self.edge {
-            Edge::Once => (covered, None),
-            Edge::Wrap => {
+        let (x_m, bounce_m) = match self.trajectory {
+            Trajectory::Once => (covered, None),
+            Trajectory::Wrap => {
                 let period = 2.0 * (half_view + radius + self.speed_m_per_s / fps);
                 (covered - period * (covered / period).round(), None)
             }
-            Edge::Bounce => {
+            Trajectory::Bounce => {
                 let turn = half_view - radius;
                 // Four turns are a whole period; within it the renderer mirrors at ±turn.
                 let period = 4.0 * turn;
@@ -129,6 +197,49 @@ impl Stimulus {
         }
     }
 
+    /// What the eyes see: one view, or left and right.
+    pub fn views(&self) -> Vec<View> {
+        let camera = &self.scene.camera;
+        let Some(stereo) = &self.stereo else {
+            return vec![View { camera: camera.clone(), shift_px: 0.0, noise: 0 }];
+        };
+        let half = 0.5e-3 * stereo.interocular_mm;
+        let axis_shift_px = half * camera.pixels_per_metre(self.image.width_px);
+        let view = |side: f64, eye: u32| {
+            let offset = camera.right().map(|component| side * half * component);
+            let moved = |point: [f64; 3]| std::array::from_fn(|i| point[i] + offset[i]);
+            let position_m = moved(camera.position_m);
+            let (look_at_m, shift_px) = match stereo.convergence {
+                Convergence::ToeIn => (camera.look_at_m, 0.0),
+                Convergence::OffAxis => (moved(camera.look_at_m), side * axis_shift_px),
+            };
+            let noise = match stereo.noise {
+                EyeNoise::Independent => eye,
+                EyeNoise::Shared => 0,
+            };
+            View { camera: Camera { position_m, look_at_m, ..camera.clone() }, shift_px, noise }
+        };
+        vec![view(-1.0, 0), view(1.0, 1)]
+    }
+
+    /// Width and height of a frame, all views in it.
+    pub fn frame_size_px(&self) -> [u32; 2] {
+        let ImageFormat { width_px, height_px, .. } = self.image;
+        self.stereo
+            .as_ref()
+            .map_or([width_px, height_px], |stereo| stereo.layout.size_px([width_px, height_px]))
+    }
+
+    /// The frame made of the linear images of the [`Stimulus::views`], encoded.
+    pub fn encode(&self, views: &[LinearImage]) -> EncodedImage {
+        let encode =
+            |image: &LinearImage| image.encode(self.image.exposure_stops, self.image.transfer);
+        match (&self.stereo, views) {
+            (Some(stereo), [left, right]) => stereo.layout.compose([left, right], encode),
+            _ => encode(&views[0]),
+        }
+    }
+
     /// Half the width of the view at the sphere's distance, in metres.
     pub fn half_view_width_m(&self) -> f64 {
         let width = self.image.width_px;
@@ -141,8 +252,8 @@ mod tests {
     use super::*;
     use crate::{Grid, Selection};
 
-    fn stimulus(speed: &str, edge: Edge) -> Stimulus {
-        let grid = Grid { edge, ..Grid::load("rolling-sphere-mono").unwrap() };
+    fn stimulus(speed: &str, trajectory: Trajectory) -> Stimulus {
+        let grid = Grid { trajectory, ..Grid::load("rolling-sphere-mono").unwrap() };
         let select = format!("material=checker,speed={speed},shutter=T5,samples=A1");
         grid.stimuli(&Selection::parse(&[select], &grid).unwrap()).unwrap().remove(0)
     }
@@ -154,7 +265,7 @@ mod tests {
             assert!((value - known).abs() < 1e-3 * known, "{value} {known}")
         };
         for (speed, metres_per_second) in [("S1", 0.75664), ("S2", 1.51327), ("S3", 2.26991)] {
-            let stimulus = stimulus(speed, Edge::Wrap);
+            let stimulus = stimulus(speed, Trajectory::Wrap);
             near(stimulus.speed_m_per_s, metres_per_second);
             near(stimulus.pixels_per_degree, 44.44);
             near(stimulus.half_view_width_m(), 1.0896);
@@ -164,9 +275,9 @@ mod tests {
 
     #[test]
     fn the_sphere_is_in_the_middle_at_half_time_at_any_speed() {
-        for edge in [Edge::Once, Edge::Wrap, Edge::Bounce] {
+        for trajectory in [Trajectory::Once, Trajectory::Wrap, Trajectory::Bounce] {
             for speed in ["S1", "S2", "S3"] {
-                let path = stimulus(speed, edge).sphere_path(60);
+                let path = stimulus(speed, trajectory).sphere_path(60);
                 assert_eq!((path.x_m, path.angle_rad), (0.0, 0.0));
             }
         }
@@ -178,7 +289,7 @@ mod tests {
     #[test]
     fn the_sphere_is_never_seen_to_jump() {
         for speed in ["S1", "S2", "S3"] {
-            let stimulus = stimulus(speed, Edge::Wrap);
+            let stimulus = stimulus(speed, Trajectory::Wrap);
             let step = stimulus.speed_m_per_s / stimulus.image.fps;
             let outside = stimulus.half_view_width_m() + stimulus.scene.sphere.radius_m;
             let mut jumps = 0;
@@ -199,7 +310,7 @@ mod tests {
     /// Rolling without slipping: the angle is the distance over the radius, jumps or not.
     #[test]
     fn the_sphere_rolls_without_slipping() {
-        let stimulus = stimulus("S3", Edge::Wrap);
+        let stimulus = stimulus("S3", Trajectory::Wrap);
         let step = stimulus.speed_m_per_s / stimulus.image.fps / stimulus.scene.sphere.radius_m;
         for frame in 1..stimulus.image.frames {
             let turned =
@@ -211,7 +322,7 @@ mod tests {
 
     #[test]
     fn a_bouncing_sphere_stays_in_view() {
-        let stimulus = stimulus("S3", Edge::Bounce);
+        let stimulus = stimulus("S3", Trajectory::Bounce);
         let turn = stimulus.half_view_width_m() - stimulus.scene.sphere.radius_m;
         for frame in 0..stimulus.image.frames {
             let path = stimulus.sphere_path(frame);

@@ -62,10 +62,9 @@ fn decode(set: &StimulusSet, trial: &Trial) -> Result<Decoded, String> {
         let frames = set.load(trial.stimulus(trial.side(answer))).map_err(|e| e.to_string())?;
         Ok::<_, String>(frames.iter().map(rgba).collect())
     };
-    let image = &set.stimulus(trial.a).image;
     Ok(Decoded {
         trial: trial.number,
-        size_px: [image.width_px, image.height_px],
+        size_px: set.stimulus(trial.a).frame_size_px(),
         sequences: [sequence(Answer::First)?, sequence(Answer::Second)?],
     })
 }

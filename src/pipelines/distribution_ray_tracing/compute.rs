@@ -6,23 +6,26 @@ use crate::gpu::buffers;
 use crate::gpu::device::{Gpu, GpuError};
 use crate::gpu::shader;
 use crate::pipelines::Pipeline;
-use crate::sampling::{RANDOM_WGSL, WARP_WGSL};
+use crate::sampling::{RANDOM_WGSL, SAMPLER_WGSL, WARP_WGSL};
 use crate::scene::environment::Environment;
-use crate::scene::{ENVIRONMENT_WGSL, MOTION_WGSL};
+use crate::scene::{ENVIRONMENT_WGSL, MOTION_WGSL, SHUTTER_WGSL};
 use crate::shading::MATERIAL_WGSL;
-use crate::shading::material::MATERIAL_KINDS;
 use bytemuck::{Pod, Zeroable};
 use shutterlab_stimuli::generate::RenderError;
+use shutterlab_stimuli::stimulus::View;
 use shutterlab_stimuli::{Stimulus, scene};
+use std::collections::HashMap;
 use std::rc::Rc;
 use wgpu::BufferUsages;
 
 /// The parts of the shader.
 pub const WGSL: &[&str] = &[
     RANDOM_WGSL,
+    SAMPLER_WGSL,
     WARP_WGSL,
     ENVIRONMENT_WGSL,
     MOTION_WGSL,
+    SHUTTER_WGSL,
     MATERIAL_WGSL,
     include_str!("trace.wgsl"),
 ];
@@ -53,7 +56,13 @@ impl OnGpu {
 }
 
 impl Pipeline for OnGpu {
-    fn film(&mut self, stimulus: &Stimulus, frame: u32) -> Result<Film, RenderError> {
+    fn films(
+        &mut self,
+        stimulus: &Stimulus,
+        view: &View,
+        frame: u32,
+        samples: &[u32],
+    ) -> Result<Vec<Film>, RenderError> {
         let description = &stimulus.scene.environment;
         let kept = match self.environment.take() {
             Some(kept) if kept.0 == *description => kept,
@@ -63,15 +72,16 @@ impl Pipeline for OnGpu {
             }
         };
         let (_, buffers) = self.environment.insert(kept);
-        Ok(self.tracer.trace(&self.gpu, &FrameParams::new(stimulus, frame), buffers)?)
+        let frame = FrameParams::new(stimulus, view, frame);
+        Ok(self.tracer.trace(&self.gpu, &frame, buffers, samples)?)
     }
 }
 
-/// The compiled pipelines: one for each kind of material, because branches that a frame never takes
-/// cost time on SIMD. None is compiled before it is needed.
+/// The compiled pipelines: one for each kind of material, sampler and shutter, because branches that a
+/// frame never takes cost time on SIMD. None is compiled before it is needed.
 #[derive(Debug, Default)]
 pub struct Tracer {
-    pipelines: [Option<wgpu::ComputePipeline>; MATERIAL_KINDS],
+    pipelines: HashMap<[u32; 3], wgpu::ComputePipeline>,
 }
 
 /// What `environment.wgsl` reads its tables with.
@@ -123,7 +133,8 @@ impl EnvironmentBuffers {
 }
 
 impl Tracer {
-    /// Draws samples `first_sample..first_sample + sample_count` of every pixel.
+    /// Draws the samples of every pixel from `frame.first_sample` on, and returns the film at each of
+    /// the numbers of `samples`, which ascend.
     ///
     /// # Errors
     /// The image is larger than the adapter can bind, or the device fails.
@@ -132,10 +143,13 @@ impl Tracer {
         gpu: &Gpu,
         frame: &FrameParams,
         EnvironmentBuffers(environment): &EnvironmentBuffers,
-    ) -> Result<Film, GpuError> {
-        let kind = frame.material.kind;
-        let pipeline = self.pipelines[kind as usize].get_or_insert_with(|| {
-            shader::compute_pipeline(gpu, WGSL, "trace", &[("MATERIAL_KIND", f64::from(kind))])
+        samples: &[u32],
+    ) -> Result<Vec<Film>, GpuError> {
+        let kinds = [frame.material.kind, frame.sampler, frame.shutter_kind];
+        let pipeline = self.pipelines.entry(kinds).or_insert_with(|| {
+            let names = ["MATERIAL_KIND", "SAMPLER", "SHUTTER_KIND"];
+            let constants: Vec<_> = names.into_iter().zip(kinds.map(f64::from)).collect();
+            shader::compute_pipeline(gpu, WGSL, "trace", &constants)
         });
         let size =
             u64::from(frame.width) * u64::from(frame.height) * size_of::<glam::Vec4>() as u64;
@@ -156,27 +170,30 @@ impl Tracer {
             layout: &pipeline.get_bind_group_layout(0),
             entries: &entries,
         });
-        let end = frame.first_sample + frame.sample_count;
-        let step =
+        let most =
             (PATHS_PER_DISPATCH / (frame.width * frame.height)).clamp(1, SAMPLES_PER_DISPATCH);
-        for first_sample in (frame.first_sample..end).step_by(step as usize) {
-            let sample_count = step.min(end - first_sample);
-            let part = FrameParams { first_sample, sample_count, ..*frame };
-            gpu.queue.write_buffer(&params, 0, bytemuck::bytes_of(&part));
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            {
-                let mut pass = encoder.begin_compute_pass(&Default::default());
-                pass.set_pipeline(pipeline);
-                pass.set_bind_group(0, &bind_group, &[]);
-                pass.dispatch_workgroups(
-                    frame.width.div_ceil(WORKGROUP),
-                    frame.height.div_ceil(WORKGROUP),
-                    1,
-                );
+        let mut drawn = 0;
+        let mut films = Vec::new();
+        for &count in samples {
+            while drawn < count {
+                let sample_count = most.min(count - drawn);
+                let first_sample = frame.first_sample + drawn;
+                let part = FrameParams { first_sample, sample_count, ..*frame };
+                gpu.queue.write_buffer(&params, 0, bytemuck::bytes_of(&part));
+                let mut encoder = gpu.device.create_command_encoder(&Default::default());
+                {
+                    let mut pass = encoder.begin_compute_pass(&Default::default());
+                    pass.set_pipeline(pipeline);
+                    pass.set_bind_group(0, &bind_group, &[]);
+                    let groups = [frame.width, frame.height].map(|side| side.div_ceil(WORKGROUP));
+                    pass.dispatch_workgroups(groups[0], groups[1], 1);
+                }
+                gpu.queue.submit([encoder.finish()]);
+                drawn += sample_count;
             }
-            gpu.queue.submit([encoder.finish()]);
+            let sums = buffers::read(gpu, &sums)?;
+            films.push(Film { width: frame.width, height: frame.height, samples: count, sums });
         }
-        let sums = buffers::read(gpu, &sums)?;
-        Ok(Film { width: frame.width, height: frame.height, samples: frame.sample_count, sums })
+        Ok(films)
     }
 }

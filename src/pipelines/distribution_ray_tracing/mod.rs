@@ -2,7 +2,7 @@
 //! pixel is one path, with its own point in the pixel and its own instant of the shutter interval.
 //!
 //! Method, for sample s of a pixel:
-//! 1. draw a point of the pixel (box filter) and an instant of the shutter interval (box profile);
+//! 1. draw a point of the pixel (box filter) and an instant of the shutter interval (by its profile);
 //! 2. follow the ray; at each of at most five surface hits, draw a light direction from the
 //!    environment (next-event estimation) and one from the cosine law to go on;
 //! 3. weigh the two by the balance heuristic (Veach and Guibas 1995). With a Lambertian surface of
@@ -29,10 +29,12 @@ mod tests;
 use crate::sampling::random::StreamKey;
 use crate::scene::camera::Camera;
 use crate::scene::motion::Rolling;
+use crate::scene::shutter::Shutter;
 use crate::shading::material::Material;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use shutterlab_stimuli::Stimulus;
+use shutterlab_stimuli::stimulus::{Sampler, View};
 
 /// Surface hits along a path.
 pub const MAX_HITS: u32 = 5;
@@ -75,23 +77,33 @@ pub struct FrameParams {
     pub sample_count: u32,
     /// See [`StreamKey`].
     pub key: [u32; 2],
-    /// Fills up to a multiple of 16 bytes, which the material begins at.
-    pub padding: [u32; 2],
+    /// How many samples a pixel has in all, for the sampler that needs to know.
+    pub strata: u32,
+    /// The [`Sampler`].
+    pub sampler: u32,
+    /// See [`Shutter::kind`].
+    pub shutter_kind: u32,
+    /// See [`Shutter::width`].
+    pub shutter_width: f32,
+    /// See [`Shutter::reach`].
+    pub shutter_reach: f32,
+    /// Where the camera's axis meets the image, in pixels to the right of its centre.
+    pub shift_px: f32,
     /// The sphere's pattern.
     pub material: Material,
 }
 
 impl FrameParams {
-    /// Frame number `frame` of `stimulus`, with all its samples.
-    pub fn new(stimulus: &Stimulus, frame: u32) -> Self {
-        let camera = Camera::new(&stimulus.scene.camera, stimulus.image.width_px);
+    /// Frame number `frame` of `stimulus` as `view` sees it, with all its samples.
+    pub fn new(stimulus: &Stimulus, view: &View, frame: u32) -> Self {
+        let camera = Camera::new(&view.camera, stimulus.image.width_px);
         let rolling = Rolling::new(&stimulus.sphere_path(frame));
-        const LEFT_EYE: u32 = 0;
+        let shutter = Shutter::new(stimulus.shutter_profile);
         let StreamKey(key) = StreamKey::new(
             stimulus.seed,
             &stimulus.noise_stream,
             stimulus.exemplar,
-            LEFT_EYE,
+            view.noise,
             frame,
         );
         Self {
@@ -112,9 +124,26 @@ impl FrameParams {
             first_sample: 0,
             sample_count: stimulus.samples,
             key,
-            padding: [0; 2],
+            strata: stimulus.samples,
+            sampler: stimulus.sampler as u32,
+            shutter_kind: shutter.kind,
+            shutter_width: shutter.width,
+            shutter_reach: shutter.reach,
+            shift_px: view.shift_px as f32,
             material: Material::new(&stimulus.material),
         }
+    }
+
+    /// The sampler.
+    fn sampler(&self) -> Sampler {
+        let all = [Sampler::Random, Sampler::Stratified, Sampler::Sobol];
+        // The number was one of these, and a wrong one is an ordinary sampler all the same.
+        all.into_iter().find(|&s| s as u32 == self.sampler).unwrap_or(Sampler::Random)
+    }
+
+    /// The shutter.
+    fn shutter(&self) -> Shutter {
+        Shutter { kind: self.shutter_kind, width: self.shutter_width, reach: self.shutter_reach }
     }
 
     /// The sphere's motion.

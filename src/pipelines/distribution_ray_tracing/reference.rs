@@ -5,11 +5,13 @@ use super::{FrameParams, MAX_HITS};
 use crate::film::Film;
 use crate::pipelines::Pipeline;
 use crate::sampling::random::{StreamKey, unit};
+use crate::sampling::sampler;
 use crate::sampling::warp::{cosine_hemisphere, sin_cos_turns};
 use crate::scene::environment::{Environment, luminance};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use shutterlab_stimuli::generate::RenderError;
+use shutterlab_stimuli::stimulus::View;
 use shutterlab_stimuli::{Stimulus, scene};
 use std::f32::consts::FRAC_1_PI;
 
@@ -20,28 +22,42 @@ pub struct OnCpu {
 }
 
 impl Pipeline for OnCpu {
-    fn film(&mut self, stimulus: &Stimulus, frame: u32) -> Result<Film, RenderError> {
+    fn films(
+        &mut self,
+        stimulus: &Stimulus,
+        view: &View,
+        frame: u32,
+        samples: &[u32],
+    ) -> Result<Vec<Film>, RenderError> {
         let description = &stimulus.scene.environment;
         let kept = self.environment.take().filter(|(kept, _)| kept == description);
         let (_, environment) = self
             .environment
             .insert(kept.unwrap_or_else(|| (description.clone(), Environment::new(description))));
-        Ok(trace(&FrameParams::new(stimulus, frame), environment))
+        Ok(trace(&FrameParams::new(stimulus, view, frame), environment, samples))
     }
 }
 
-/// Draws samples `first_sample..first_sample + sample_count` of every pixel.
-pub fn trace(frame: &FrameParams, environment: &Environment) -> Film {
-    let mut sums = vec![Vec4::ZERO; (frame.width * frame.height) as usize];
-    sums.par_chunks_mut(frame.width as usize).enumerate().for_each(|(y, row)| {
-        for (x, sum) in row.iter_mut().enumerate() {
-            for sample in frame.first_sample..frame.first_sample + frame.sample_count {
-                let radiance = path_radiance(frame, environment, x as u32, y as u32, sample);
-                *sum += radiance.extend(luminance(radiance).powi(2));
+/// Draws the samples of every pixel from `frame.first_sample` on, and returns the film at each of the
+/// numbers of `samples`, which ascend.
+pub fn trace(frame: &FrameParams, environment: &Environment, samples: &[u32]) -> Vec<Film> {
+    let (width, height) = (frame.width, frame.height);
+    let mut sums = vec![Vec4::ZERO; (width * height) as usize];
+    let mut drawn = 0;
+    let mut film = |&count: &u32| {
+        let (from, to) = (frame.first_sample + drawn, frame.first_sample + count);
+        sums.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
+            for (x, sum) in row.iter_mut().enumerate() {
+                for sample in from..to {
+                    let radiance = path_radiance(frame, environment, x as u32, y as u32, sample);
+                    *sum += radiance.extend(luminance(radiance).powi(2));
+                }
             }
-        }
-    });
-    Film { width: frame.width, height: frame.height, samples: frame.sample_count, sums }
+        });
+        drawn = count;
+        Film { width, height, samples: count, sums: sums.clone() }
+    };
+    samples.iter().map(&mut film).collect()
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -59,14 +75,19 @@ fn path_radiance(
     sample: u32,
 ) -> Vec3 {
     let pixel = y * frame.width + x;
-    let words = |block: u32| StreamKey(frame.key).words(pixel, sample, block);
+    let words = |block: u32| {
+        let key = StreamKey(frame.key);
+        sampler::words(frame.sampler(), key, frame.strata, pixel, sample, block)
+    };
 
     let start = words(0);
     let [in_x, in_y, instant, _] = start.map(unit);
-    let (sphere_x, turns) = frame.rolling().at(instant - 0.5, frame.sphere_radius);
+    let (sphere_x, turns) =
+        frame.rolling().at(frame.shutter().instant(instant), frame.sphere_radius);
     let center = Vec3::new(sphere_x, frame.sphere_radius, 0.0);
 
-    let right = (x as f32 + in_x - 0.5 * frame.width as f32) / frame.focal_length_px;
+    let right =
+        (x as f32 + in_x - 0.5 * frame.width as f32 - frame.shift_px) / frame.focal_length_px;
     let down = (y as f32 + in_y - 0.5 * frame.height as f32) / frame.focal_length_px;
     let mut origin = frame.camera_position;
     let mut direction =

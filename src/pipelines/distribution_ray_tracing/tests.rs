@@ -7,6 +7,8 @@ use crate::scene::environment::{
     Environment, SUN_DIRECTION, SUN_RADIANCE, SUN_SHARPNESS, luminance,
 };
 use shutterlab_stimuli::scene::{self, BuiltIn};
+use shutterlab_stimuli::stereo::{Convergence, EyeNoise, Layout, Stereo};
+use shutterlab_stimuli::stimulus::{Sampler, ShutterProfile};
 use shutterlab_stimuli::{Grid, LinearImage, Selection, Stimulus};
 
 const WIDTH: u32 = 96;
@@ -20,17 +22,30 @@ fn stimulus(select: &str) -> Stimulus {
     grid.stimuli(&selection).unwrap().remove(0)
 }
 
+/// With random samples, whose variance a film tells.
 fn checker() -> Stimulus {
-    stimulus("material=checker,speed=S2,shutter=T5,samples=A3")
+    let sampler = Sampler::Random;
+    Stimulus { sampler, ..stimulus("material=checker,speed=S2,shutter=T5,samples=A3") }
 }
 
 fn on_cpu(stimulus: &Stimulus, frame: u32) -> Film {
     let environment = Environment::new(&stimulus.scene.environment);
-    reference::trace(&FrameParams::new(stimulus, frame), &environment)
+    film(reference::trace(&params(stimulus, frame), &environment, &[stimulus.samples]))
+}
+
+/// Frame number `frame` as the (left) eye sees it.
+fn params(stimulus: &Stimulus, frame: u32) -> FrameParams {
+    FrameParams::new(stimulus, &stimulus.views()[0], frame)
+}
+
+/// The one film of one number of samples.
+fn film(mut films: Vec<Film>) -> Film {
+    assert_eq!(films.len(), 1);
+    films.remove(0)
 }
 
 /// A device's name and how it traces.
-type NamedDevice = (&'static str, Box<dyn FnMut(&FrameParams, &Environment) -> Film>);
+type NamedDevice = (&'static str, Box<dyn FnMut(&FrameParams, &Environment, &[u32]) -> Vec<Film>>);
 
 /// The devices of this build: the processor, and a graphics adapter where there is one. With
 /// `SHUTTERLAB_REQUIRE_GPU` set, not finding one is a failure.
@@ -42,10 +57,10 @@ fn devices() -> Vec<NamedDevice> {
             let mut tracer = super::compute::Tracer::default();
             devices.push((
                 "gpu",
-                Box::new(move |frame, environment| {
+                Box::new(move |frame, environment, samples| {
                     let environment =
                         super::compute::EnvironmentBuffers::new(&gpu, environment).unwrap();
-                    tracer.trace(&gpu, frame, &environment).unwrap()
+                    tracer.trace(&gpu, frame, &environment, samples).unwrap()
                 }),
             ));
         }
@@ -57,8 +72,10 @@ fn devices() -> Vec<NamedDevice> {
 /// Renders on every device.
 fn on_all(stimulus: &Stimulus, frame: u32) -> Vec<(&'static str, Film)> {
     let environment = Environment::new(&stimulus.scene.environment);
-    let params = FrameParams::new(stimulus, frame);
-    devices().into_iter().map(|(name, mut trace)| (name, trace(&params, &environment))).collect()
+    let (params, samples) = (params(stimulus, frame), [stimulus.samples]);
+    let trace =
+        |(name, mut trace): NamedDevice| (name, film(trace(&params, &environment, &samples)));
+    devices().into_iter().map(trace).collect()
 }
 
 /// Mean of z² over the pixels, and the largest |z|, for the difference of two films.
@@ -88,25 +105,66 @@ fn mean_of(image: &LinearImage, xs: std::ops::Range<u32>, ys: std::ops::Range<u3
 }
 
 /// One sample stream, two implementations: relative RMSE ≤ 10⁻³, and at most 0.1 % of the pixels
-/// differ by more than 1/255.
+/// differ by more than 1/255. Every material, sampler, shutter and eye takes its turn.
 #[test]
 fn the_twins_agree() {
-    for material in ["flat", "checker", "noise"] {
-        for shutter in ["T1", "T3", "T5"] {
-            let stimulus =
-                stimulus(&format!("material={material},speed=S3,shutter={shutter},samples=A2"));
-            let films = on_all(&stimulus, 63);
-            let truth = films[0].1.image();
-            for (device, film) in &films[1..] {
-                let image = film.image();
+    let plain = |select: &str| stimulus(&format!("{select},speed=S3,samples=A2"));
+    let moving = || plain("material=checker,shutter=T5");
+    let trapezoid = ShutterProfile::Trapezoid { ramp_fraction: 0.2 };
+    let gaussian = ShutterProfile::Gaussian { sigma_fraction: 0.15 };
+    let stereo = Stereo {
+        interocular_mm: 65.0,
+        convergence: Convergence::OffAxis,
+        noise: EyeNoise::Independent,
+        layout: Layout::SideBySide,
+    };
+    let cases = [
+        plain("material=flat,shutter=T1"),
+        plain("material=noise,shutter=T3"),
+        moving(),
+        Stimulus { sampler: Sampler::Random, ..moving() },
+        Stimulus { sampler: Sampler::Stratified, ..moving() },
+        Stimulus { shutter_profile: trapezoid, ..moving() },
+        Stimulus { shutter_profile: gaussian, stereo: Some(stereo), ..moving() },
+    ];
+    let mut devices = devices();
+    for stimulus in cases {
+        let environment = Environment::new(&stimulus.scene.environment);
+        for view in stimulus.views() {
+            let params = FrameParams::new(&stimulus, &view, 63);
+            let mut images = devices
+                .iter_mut()
+                .map(|(_, trace)| film(trace(&params, &environment, &[stimulus.samples])).image());
+            let truth = images.next().unwrap();
+            for image in images {
                 let error = measure::relative_mse(&image, &truth, 0.004).sqrt();
                 let others = measure::differing(&image, &truth, 1.0 / 255.0);
-                assert!(
-                    error <= 1e-3 && others <= 1e-3,
-                    "{material} {shutter} {device}: {error} {others}"
-                );
+                assert!(error <= 1e-3 && others <= 1e-3, "{stimulus:?}: {error} {others}");
             }
         }
+    }
+}
+
+/// Every sampler gives the image that random samples give. z² is taken with the variance of the random
+/// film alone, so it is 1 and what the sampler's own error adds: for random samples another 1, for the
+/// others much less, which is what they are for.
+#[test]
+fn samplers_agree_and_lessen_the_error() {
+    let random = checker();
+    let other_seed = Stimulus { seed: random.seed + 1, ..random.clone() };
+    let truth = on_cpu(&other_seed, 60);
+    for (sampler, added) in
+        [(Sampler::Random, 0.9..1.1), (Sampler::Stratified, 0.0..0.4), (Sampler::Sobol, 0.0..0.3)]
+    {
+        let image = on_cpu(&Stimulus { sampler, ..random.clone() }, 60).image();
+        let z_squared = truth.luminance_statistics().into_iter().zip(&image.pixels).map(
+            |((mean, variance), pixel)| {
+                let difference = mean - f64::from(luminance(glam::Vec3::from(*pixel)));
+                difference.powi(2) / (variance + (1e-6 * mean).powi(2))
+            },
+        );
+        let mean = z_squared.sum::<f64>() / image.pixels.len() as f64;
+        assert!((1.0 + added.start - 0.1..1.0 + added.end).contains(&mean), "{sampler:?}: {mean}");
     }
 }
 
@@ -257,15 +315,16 @@ fn the_centre_does_not_move_with_the_shutter() {
 fn a_prefix_of_samples_equals_a_run_with_that_many() {
     let stimulus = checker();
     let environment = Environment::new(&stimulus.scene.environment);
-    let params = FrameParams::new(&stimulus, 60);
+    let params = params(&stimulus, 60);
     for (device, mut trace) in devices() {
         let mut sums = vec![glam::Vec4::ZERO; (WIDTH * HEIGHT) as usize];
         for first_sample in 0..5 {
-            let one = trace(&FrameParams { first_sample, sample_count: 1, ..params }, &environment);
+            let one = film(trace(&FrameParams { first_sample, ..params }, &environment, &[1]));
             sums.iter_mut().zip(&one.sums).for_each(|(sum, one)| *sum += *one);
         }
-        let run = trace(&FrameParams { sample_count: 5, ..params }, &environment);
-        assert!(run.sums == sums, "{device}");
+        let films = trace(&params, &environment, &[3, 3, 5]);
+        assert!(films[2].sums == sums, "{device}");
+        assert!(films[1] == film(trace(&params, &environment, &[3])), "{device}");
     }
 }
 
@@ -274,12 +333,11 @@ fn a_prefix_of_samples_equals_a_run_with_that_many() {
 fn dispatches_join_without_a_seam() {
     let stimulus = checker();
     let environment = Environment::new(&stimulus.scene.environment);
-    let params = FrameParams::new(&stimulus, 60);
+    let params = params(&stimulus, 60);
     for (device, mut trace) in devices() {
-        let whole = trace(&FrameParams { sample_count: 130, ..params }, &environment);
-        let first = trace(&FrameParams { sample_count: 64, ..params }, &environment);
-        let rest =
-            trace(&FrameParams { first_sample: 64, sample_count: 66, ..params }, &environment);
+        let whole = film(trace(&params, &environment, &[130]));
+        let first = film(trace(&params, &environment, &[64]));
+        let rest = film(trace(&FrameParams { first_sample: 64, ..params }, &environment, &[66]));
         let close = whole.sums.iter().zip(first.sums.iter().zip(&rest.sums)).all(
             |(whole, (first, rest))| {
                 (*whole - (*first + *rest)).abs().max_element() <= 1e-5 * whole.max_element()

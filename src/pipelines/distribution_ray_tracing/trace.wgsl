@@ -18,6 +18,12 @@ struct FrameParams {
     first_sample: u32,
     sample_count: u32,
     key: vec2u,
+    strata: u32,
+    sampler: u32,
+    shutter_kind: u32,
+    shutter_width: f32,
+    shutter_reach: f32,
+    shift_px: f32,
     material: Material,
 }
 
@@ -64,14 +70,14 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
 
 // Radiance along one path through pixel (x, y).
 fn path_radiance(x: u32, y: u32, pixel: u32, sample: u32) -> vec3f {
-    let start = random_words(frame.key, pixel, sample, 0u);
+    let start = sample_words(frame.key, frame.strata, pixel, sample, 0u);
     let rolled = rolling_at(
         frame.rolling_x, frame.rolling_travel, frame.rolling_turns, frame.rolling_bounce,
-        unit(start.z) - 0.5, frame.sphere_radius,
+        shutter_instant(frame.shutter_width, frame.shutter_reach, unit(start.z)), frame.sphere_radius,
     );
     let center = vec3f(rolled.x, frame.sphere_radius, 0.0);
 
-    let right = (f32(x) + unit(start.x) - 0.5 * f32(frame.width)) / frame.focal_length_px;
+    let right = (f32(x) + unit(start.x) - 0.5 * f32(frame.width) - frame.shift_px) / frame.focal_length_px;
     let down = (f32(y) + unit(start.y) - 0.5 * f32(frame.height)) / frame.focal_length_px;
     var origin = frame.camera_position;
     var direction = normalize(frame.camera_forward + frame.camera_right * right - frame.camera_up * down);
@@ -93,7 +99,7 @@ fn path_radiance(x: u32, y: u32, pixel: u32, sample: u32) -> vec3f {
         }
         throughput *= albedo;
 
-        let words = random_words(frame.key, pixel, sample, 1u + hit);
+        let words = sample_words(frame.key, frame.strata, pixel, sample, 1u + hit);
         let light = environment_sample(words.xy);
         let cosine = dot(normal, light.direction);
         if cosine > 0.0 && intersect(center, origin, light.direction, met.surface).surface == NOTHING {

@@ -1,0 +1,251 @@
+//! Samplers: which words a sample of a pixel gets, in blocks of two pairs.
+//!
+//! - `random`: independent words ([`StreamKey::words`]).
+//! - `stratified`: each pair is correlated multi-jittered (Kensler, *Correlated Multi-Jittered
+//!   Sampling*, Pixar 2013) over all samples of the pixel, whose number it therefore has to know: fewer
+//!   samples are no prefix of more.
+//! - `sobol`: each pair is the (0, 2)-sequence made of the first two dimensions of Sobol', with its
+//!   digits and its order scrambled after Owen, independently for each pair, block and pixel (Burley,
+//!   *Practical Hash-based Owen Scrambling*, JCGT 9(4), 2020, with the hash of Vegdahl 2021). Pairs are
+//!   padded: between two of them there is no more than chance. A prefix of 2^k samples is itself
+//!   stratified.
+
+use super::random::{StreamKey, mix, unit};
+use shutterlab_stimuli::stimulus::Sampler;
+
+/// The four words of block `block` of sample `sample` of pixel `pixel`, of `strata` samples in all.
+pub fn words(
+    sampler: Sampler,
+    key: StreamKey,
+    strata: u32,
+    pixel: u32,
+    sample: u32,
+    block: u32,
+) -> [u32; 4] {
+    if sampler == Sampler::Random {
+        return key.words(pixel, sample, block);
+    }
+    // Beyond the number of the last sample there can be.
+    let a = key.words(pixel, u32::MAX, block);
+    let b = mix(a);
+    let [[x, y], [z, w]] = match sampler {
+        Sampler::Random | Sampler::Sobol => {
+            let index = sample.reverse_bits();
+            [sobol_pair(index, [a[0], a[1], a[2]]), sobol_pair(index, [a[3], b[0], b[1]])]
+        }
+        Sampler::Stratified => {
+            let jitter = key.words(pixel, sample, block).map(unit);
+            [
+                multi_jittered_pair(sample, strata, [a[0], a[1], a[2]], [jitter[0], jitter[1]]),
+                multi_jittered_pair(sample, strata, [a[3], b[0], b[1]], [jitter[2], jitter[3]]),
+            ]
+        }
+    };
+    [x, y, z, w]
+}
+
+/// One point of a scrambled (0, 2)-sequence; `index` is its number with the bits reversed.
+fn sobol_pair(index: u32, [order, x, y]: [u32; 3]) -> [u32; 2] {
+    let index = owen_hash(index, order).reverse_bits();
+    [owen_hash(index, x), owen_hash(pascal(index), y)].map(u32::reverse_bits)
+}
+
+/// Scrambles digits, the first of which is the lowest bit: each digit is turned or not as the digits
+/// before it say.
+fn owen_hash(digits: u32, seed: u32) -> u32 {
+    let mut x = digits;
+    x ^= x.wrapping_mul(0x3d20_adea);
+    x = x.wrapping_add(seed);
+    x = x.wrapping_mul((seed >> 16) | 1);
+    x ^= x.wrapping_mul(0x0552_6c56);
+    x ^ x.wrapping_mul(0x53a2_2864)
+}
+
+/// The digits, lowest bit first, of the second dimension of Sobol' at `index`: digit i is the sum over
+/// j of C(j, i)·(bit j) modulo 2, and C(j, i) is odd where i's bits are among those of j.
+fn pascal(index: u32) -> u32 {
+    let mut x = index;
+    x ^= x >> 16;
+    x ^= (x & 0xff00_ff00) >> 8;
+    x ^= (x & 0xf0f0_f0f0) >> 4;
+    x ^= (x & 0xcccc_cccc) >> 2;
+    x ^ ((x & 0xaaaa_aaaa) >> 1)
+}
+
+/// Point `sample` of `count` correlated multi-jittered points.
+fn multi_jittered_pair(sample: u32, count: u32, seeds: [u32; 3], jitter: [f32; 2]) -> [u32; 2] {
+    let columns = (count as f32).sqrt() as u32;
+    let rows = count.div_ceil(columns);
+    let s = permute(sample, count, seeds[0]);
+    let column = permute(s % columns, columns, seeds[1]) as f32;
+    let row = permute(s / columns, rows, seeds[2]) as f32;
+    let x = (column + (row + jitter[0]) / rows as f32) / columns as f32;
+    let y = (s as f32 + jitter[1]) / count as f32;
+    [x, y].map(|u| ((u * 16_777_216.0) as u32).min(0xff_ffff) << 8)
+}
+
+/// Where the permutation `seed` of `0..count` takes `i` (Kensler 2013, listing 5).
+fn permute(i: u32, count: u32, seed: u32) -> u32 {
+    let mask = u32::MAX >> (count - 1).leading_zeros().min(31);
+    let mut i = i;
+    loop {
+        i ^= seed;
+        i = i.wrapping_mul(0xe170_893d);
+        i ^= seed >> 16;
+        i ^= (i & mask) >> 4;
+        i ^= seed >> 8;
+        i = i.wrapping_mul(0x0929_eb3f);
+        i ^= seed >> 23;
+        i ^= (i & mask) >> 1;
+        i = i.wrapping_mul(1 | (seed >> 27));
+        i = i.wrapping_mul(0x6935_fa69);
+        i ^= (i & mask) >> 11;
+        i = i.wrapping_mul(0x74dc_b303);
+        i ^= (i & mask) >> 2;
+        i = i.wrapping_mul(0x9e50_1cc3);
+        i ^= (i & mask) >> 2;
+        i = i.wrapping_mul(0xc860_a3df);
+        i &= mask;
+        i ^= i >> 5;
+        if i < count {
+            return (i + seed % count) % count;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SAMPLERS: [Sampler; 3] = [Sampler::Random, Sampler::Stratified, Sampler::Sobol];
+
+    fn points(sampler: Sampler, count: u32, pixel: u32, block: u32) -> Vec<[f64; 4]> {
+        let key = StreamKey::new(7, "points", 0, 0, 3);
+        (0..count)
+            .map(|s| words(sampler, key, count, pixel, s, block).map(|w| f64::from(unit(w))))
+            .collect()
+    }
+
+    /// The first points of Sobol' in two dimensions, as everyone prints them.
+    #[test]
+    fn the_digits_are_those_of_sobol() {
+        let value = |digits: u32| f64::from(digits.reverse_bits()) / 4_294_967_296.0;
+        let first: Vec<f64> = (0..8).map(value).collect();
+        assert_eq!(first, [0.0, 0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875]);
+        let second: Vec<f64> = (0..8).map(|i| value(pascal(i))).collect();
+        assert_eq!(second, [0.0, 0.5, 0.75, 0.25, 0.625, 0.125, 0.375, 0.875]);
+    }
+
+    /// Of each aligned 2^k points of the Sobol' sampler, every elementary interval of area 2^−k holds
+    /// exactly one, in either pair; so it does for every prefix of 2^k.
+    #[test]
+    fn scrambling_keeps_every_elementary_interval() {
+        for pixel in 0..8 {
+            let points = points(Sampler::Sobol, 256, pixel, pixel % 3);
+            for k in 0..=8_u32 {
+                for run in points.chunks(1 << k) {
+                    for pair in [0, 2] {
+                        for across in 0..=k {
+                            let (columns, rows) = (1_u32 << across, 1_u32 << (k - across));
+                            let mut seen = vec![false; 1 << k];
+                            for p in run {
+                                let column = (p[pair] * f64::from(columns)) as usize;
+                                let row = (p[pair + 1] * f64::from(rows)) as usize;
+                                seen[row * columns as usize + column] = true;
+                            }
+                            assert!(seen.iter().all(|&seen| seen), "{pixel} {k} {pair} {across}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Each 1/n of either axis holds one of n stratified points, for any n.
+    #[test]
+    fn stratified_points_fill_every_row_and_column() {
+        for count in [1, 2, 4, 7, 12, 100, 128, 384] {
+            for axis in 0..4 {
+                let mut strata: Vec<u32> = points(Sampler::Stratified, count, 5, 1)
+                    .iter()
+                    .map(|p| (p[axis] * f64::from(count) + 1e-4) as u32)
+                    .collect();
+                strata.sort_unstable();
+                strata.dedup();
+                // The last of the columns is short where the count is no product of the sides.
+                let columns = (f64::from(count)).sqrt() as u32;
+                let is_product = count % columns == 0;
+                if axis % 2 == 1 || is_product {
+                    assert_eq!(strata.len(), count as usize, "{count}, axis {axis}");
+                }
+            }
+        }
+    }
+
+    /// Over pixels and blocks any sample of any sampler is uniform, and its numbers are independent:
+    /// with 2¹⁶ draws, within five standard errors.
+    #[test]
+    fn every_sample_alone_is_uniform_and_independent() {
+        let key = StreamKey::new(1, "uniform", 0, 0, 0);
+        const N: u32 = 1 << 16;
+        for sampler in SAMPLERS {
+            for (sample, block) in [(0, 0), (1, 1), (77, 3)] {
+                let mut means = [0.0; 4];
+                let mut products = [[0.0; 4]; 4];
+                for pixel in 0..N {
+                    let u = words(sampler, key, 128, pixel, sample, block)
+                        .map(|w| f64::from(unit(w)) - 0.5);
+                    for a in 0..4 {
+                        means[a] += u[a] / f64::from(N);
+                        for b in 0..a {
+                            products[a][b] += 12.0 * u[a] * u[b] / f64::from(N);
+                        }
+                    }
+                }
+                assert!(means.iter().all(|m| m.abs() < 5.0 * 0.0011), "{sampler:?} {means:?}");
+                assert!(
+                    products.iter().flatten().all(|p| p.abs() < 5.0 * 0.0039),
+                    "{sampler:?} {sample} {block} {products:?}"
+                );
+            }
+        }
+    }
+
+    /// A product over both pairs of two blocks, which padding must leave unbiased, integrates to its
+    /// known value: ∫ Π 2u = 1; and for the Sobol' sampler the error of a smooth two-dimensional
+    /// integral is far below that of chance.
+    #[test]
+    fn padded_pairs_integrate_products() {
+        let key = StreamKey::new(9, "product", 0, 0, 0);
+        const N: u32 = 256;
+        for sampler in SAMPLERS {
+            let (mut sum, mut square) = (0.0, 0.0);
+            const PIXELS: u32 = 400;
+            for pixel in 0..PIXELS {
+                let of = |sample, block| {
+                    words(sampler, key, N, pixel, sample, block).map(|w| f64::from(unit(w)))
+                };
+                let mean = (0..N)
+                    .map(|s| of(s, 0).iter().chain(&of(s, 1)).map(|u| 2.0 * u).product::<f64>())
+                    .sum::<f64>()
+                    / f64::from(N);
+                let smooth = (0..N).map(|s| of(s, 2)).map(|u| u[0] * u[1]).sum::<f64>()
+                    / f64::from(N)
+                    - 0.25;
+                sum += mean / f64::from(PIXELS);
+                square += smooth * smooth / f64::from(PIXELS);
+            }
+            // The variance of the product is (4/3)⁸ − 1 = 8.99.
+            let standard_error = (8.99 / f64::from(N * PIXELS)).sqrt();
+            assert!((sum - 1.0).abs() < 5.0 * standard_error, "{sampler:?} {sum}");
+            let by_chance = (7.0 / 144.0) / f64::from(N);
+            let ratio = square / by_chance;
+            match sampler {
+                Sampler::Random => assert!((0.7..1.4).contains(&ratio), "{ratio}"),
+                Sampler::Stratified | Sampler::Sobol => {
+                    assert!(ratio < 0.05, "{sampler:?} {ratio}")
+                }
+            }
+        }
+    }
+}

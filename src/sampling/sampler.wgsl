@@ -1,0 +1,90 @@
+// Samplers: twin of sampler.rs.
+
+// The sampler is fixed when the pipeline is built.
+override SAMPLER: u32;
+const RANDOM: u32 = 0u;
+const STRATIFIED: u32 = 1u;
+
+fn sample_words(key: vec2u, strata: u32, pixel: u32, sample: u32, block: u32) -> vec4u {
+    if SAMPLER == RANDOM {
+        return random_words(key, pixel, sample, block);
+    }
+    let a = random_words(key, pixel, 0xffffffffu, block);
+    let b = mix_words(a);
+    if SAMPLER == STRATIFIED {
+        let words = random_words(key, pixel, sample, block);
+        let jitter = vec4f(unit(words.x), unit(words.y), unit(words.z), unit(words.w));
+        return vec4u(
+            multi_jittered_pair(sample, strata, a.xyz, jitter.xy),
+            multi_jittered_pair(sample, strata, vec3u(a.w, b.xy), jitter.zw),
+        );
+    }
+    let index = reverseBits(sample);
+    return vec4u(sobol_pair(index, a.xyz), sobol_pair(index, vec3u(a.w, b.xy)));
+}
+
+// One point of a scrambled (0, 2)-sequence; `index` is its number with the bits reversed.
+fn sobol_pair(index: u32, seeds: vec3u) -> vec2u {
+    let ordered = reverseBits(owen_hash(index, seeds.x));
+    return reverseBits(vec2u(owen_hash(ordered, seeds.y), owen_hash(pascal(ordered), seeds.z)));
+}
+
+fn owen_hash(digits: u32, seed: u32) -> u32 {
+    var x = digits;
+    x ^= x * 0x3d20adeau;
+    x += seed;
+    x *= (seed >> 16u) | 1u;
+    x ^= x * 0x05526c56u;
+    return x ^ (x * 0x53a22864u);
+}
+
+fn pascal(index: u32) -> u32 {
+    var x = index;
+    x ^= x >> 16u;
+    x ^= (x & 0xff00ff00u) >> 8u;
+    x ^= (x & 0xf0f0f0f0u) >> 4u;
+    x ^= (x & 0xccccccccu) >> 2u;
+    return x ^ ((x & 0xaaaaaaaau) >> 1u);
+}
+
+// Point `sample` of `count` correlated multi-jittered points.
+fn multi_jittered_pair(sample: u32, count: u32, seeds: vec3u, jitter: vec2f) -> vec2u {
+    let columns = u32(sqrt(f32(count)));
+    let rows = (count + columns - 1u) / columns;
+    let s = permute(sample, count, seeds.x);
+    let column = f32(permute(s % columns, columns, seeds.y));
+    let row = f32(permute(s / columns, rows, seeds.z));
+    let x = (column + (row + jitter.x) / f32(rows)) / f32(columns);
+    let y = (f32(s) + jitter.y) / f32(count);
+    return min(vec2u(vec2f(x, y) * 16777216.0), vec2u(0xffffffu)) << vec2u(8u);
+}
+
+// Where the permutation `seed` of 0..count takes `i`.
+fn permute(start: u32, count: u32, seed: u32) -> u32 {
+    let mask = 0xffffffffu >> min(countLeadingZeros(count - 1u), 31u);
+    var i = start;
+    loop {
+        i ^= seed;
+        i *= 0xe170893du;
+        i ^= seed >> 16u;
+        i ^= (i & mask) >> 4u;
+        i ^= seed >> 8u;
+        i *= 0x0929eb3fu;
+        i ^= seed >> 23u;
+        i ^= (i & mask) >> 1u;
+        i *= 1u | (seed >> 27u);
+        i *= 0x6935fa69u;
+        i ^= (i & mask) >> 11u;
+        i *= 0x74dcb303u;
+        i ^= (i & mask) >> 2u;
+        i *= 0x9e501cc3u;
+        i ^= (i & mask) >> 2u;
+        i *= 0xc860a3dfu;
+        i &= mask;
+        i ^= i >> 5u;
+        if i < count {
+            break;
+        }
+    }
+    return (i + seed % count) % count;
+}
