@@ -1,7 +1,7 @@
 //! Bad input of every kind: one error line that names the file, the field, the value and what was
 //! allowed; exit status 2 for wrong words, 1 for bad files; nothing half-written that looks whole.
 
-use crate::support::{fail, small_stimuli, succeed, tree};
+use crate::support::{copy_stimuli, fail, small_stimuli, succeed, tree};
 use std::path::Path;
 
 fn in_folder(check: impl FnOnce(&Path)) {
@@ -125,15 +125,6 @@ const SIMULATED_SESSION: &[&str] = &[
     "--observer",
     "simulated:guess",
 ];
-
-/// Copies the small demo stimuli to `to`.
-fn copy_stimuli(to: &Path) {
-    for (name, bytes) in tree(small_stimuli()) {
-        let path = to.join(name);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, bytes).unwrap();
-    }
-}
 
 #[test]
 fn damaged_stimuli_are_refused_by_name() {

@@ -21,6 +21,7 @@ mod sessions;
 #[cfg(feature = "gpu")]
 mod shaders;
 /// Outside validators on what a study writes.
+mod validate;
 mod validators;
 /// A session in a real window, driven by keys.
 #[cfg(all(feature = "window", target_os = "linux"))]

@@ -50,6 +50,15 @@ pub fn small_stimuli() -> &'static Path {
     PATH.get_or_init(|| folder.path().join("stimuli"))
 }
 
+/// Copies the small demo stimuli to `to`.
+pub fn copy_stimuli(to: &Path) {
+    for (name, bytes) in tree(small_stimuli()) {
+        let path = to.join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, bytes).unwrap();
+    }
+}
+
 /// Every file below `folder` with its bytes, by relative path.
 pub fn tree(folder: &Path) -> std::collections::BTreeMap<PathBuf, Vec<u8>> {
     let mut files = std::collections::BTreeMap::new();

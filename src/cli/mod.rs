@@ -11,6 +11,7 @@ mod progress;
 mod render;
 mod run;
 mod slurm;
+mod validate;
 
 use clap::Parser;
 use std::io::Write;
@@ -30,6 +31,7 @@ enum Verb {
     Render(render::Args),
     Run(run::Args),
     Analyze(analyze::Args),
+    Validate(validate::Args),
     Devices(devices::Args),
 }
 
@@ -64,6 +66,7 @@ pub fn main() -> ExitCode {
         Verb::Render(args) => render::run(&args),
         Verb::Run(args) => run::run(&args),
         Verb::Analyze(args) => analyze::run(&args),
+        Verb::Validate(args) => validate::run(&args),
         Verb::Devices(args) => devices::run(&args),
     };
     match done {

@@ -49,6 +49,17 @@ impl Transfer {
     }
 }
 
+impl Transfer {
+    /// The light that a code value in [0, 1] stands for.
+    pub fn decode(self, code: f32) -> f32 {
+        match self {
+            Self::Srgb if code <= 0.040_45 => code / 12.92,
+            Self::Srgb => ((code + 0.055) / 1.055).powf(2.4),
+            Self::Gamma(gamma) => code.powf(gamma as f32),
+        }
+    }
+}
+
 impl LinearImage {
     /// Exposes (2^`exposure_stops`), encodes and rounds to 8 bits.
     pub fn encode(&self, exposure_stops: f64, transfer: Transfer) -> EncodedImage {
@@ -127,6 +138,16 @@ mod tests {
         let image = LinearImage { width: 1, height: 1, pixels: vec![[0.25; 3]] };
         assert_eq!(image.encode(1.0, Transfer::Srgb).bytes, [188; 3]);
         assert_eq!(image.encode(0.0, Transfer::Gamma(2.0)).bytes, [128; 3]);
+    }
+
+    #[test]
+    fn decoding_undoes_encoding() {
+        for transfer in [Transfer::Srgb, Transfer::Gamma(2.2)] {
+            for code in 0..=255 {
+                let code = f32::from(code as u8) / 255.0;
+                assert!((transfer.encode(transfer.decode(code)) - code).abs() < 1e-5, "{code}");
+            }
+        }
     }
 
     #[test]

@@ -410,7 +410,8 @@ mod tests {
     use crate::{Grid, Selection};
     use std::cell::Cell;
 
-    /// A renderer that paints frame numbers, and fails at a chosen frame.
+    /// A renderer that paints frame numbers, and fails at a chosen frame. The one called `two` has a
+    /// corner one code value off.
     struct Painter {
         adapter: &'static str,
         fail_at: Option<u32>,
@@ -436,7 +437,9 @@ mod tests {
             let image = |samples: u32| {
                 let red = frame as f32 / stimulus.image.frames as f32;
                 let pixel = [red, samples as f32 / 1024.0, 0.0];
-                LinearImage { width, height, pixels: vec![pixel; (width * height) as usize] }
+                let mut pixels = vec![pixel; (width * height) as usize];
+                pixels[0][1] += if self.adapter == "two" { 0.009 } else { 0.0 };
+                LinearImage { width, height, pixels }
             };
             Ok(samples.iter().map(|&n| vec![image(n); stimulus.views().len()]).collect())
         }
@@ -464,7 +467,7 @@ mod tests {
 
     fn one_stimulus() -> Vec<Stimulus> {
         let mut grid = Grid::load("demo").unwrap();
-        (grid.image.width_px, grid.image.height_px) = (4, 3);
+        (grid.image.width_px, grid.image.height_px) = (40, 30);
         let selection = Selection::parse(&["shutter=T3,samples=A3"], &grid).unwrap();
         grid.stimuli(&selection).unwrap()
     }
@@ -545,6 +548,25 @@ mod tests {
         let mut other = painter("two");
         make(out.path(), &mut other, &mut Quiet::default()).unwrap();
         assert_eq!(other.rendered, 24);
+    }
+
+    /// The same renderer must give the same bytes, another nearly the same image.
+    #[test]
+    fn a_frame_rendered_anew_tells_a_false_manifest() {
+        use crate::verify::{Agreement, VerifyError, verify};
+        let out = tempfile::tempdir().unwrap();
+        make(out.path(), &mut painter("one"), &mut Quiet::default()).unwrap();
+        let mut sequence = Sequence::open_all(out.path()).unwrap().remove(0);
+        let found = verify(&sequence, 29, &mut painter("one")).unwrap();
+        assert_eq!(found, (5, Agreement::SameBytes));
+        let other_device = verify(&sequence, 0, &mut painter("two")).unwrap();
+        assert!(matches!(other_device, (0, Agreement::SameImage { .. })), "{other_device:?}");
+        // A manifest that fits its pixels and itself, and claims other samples than were drawn.
+        sequence.manifest.stimulus.samples = 512;
+        let same_device = verify(&sequence, 0, &mut painter("one"));
+        assert!(matches!(same_device, Err(VerifyError::OtherBytes { .. })));
+        let error = verify(&sequence, 0, &mut painter("two")).unwrap_err().to_string();
+        assert!(error.contains("frame-0000.png: rendered anew it is another image"), "{error}");
     }
 
     #[test]

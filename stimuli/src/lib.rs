@@ -13,6 +13,7 @@ pub mod manifest;
 pub mod scene;
 pub mod stereo;
 pub mod stimulus;
+pub mod verify;
 pub mod viewing;
 
 pub use frames::LinearImage;

@@ -1,0 +1,53 @@
+//! `validate`: whatever is not what it says is found, and what is passes.
+
+use crate::support::{copy_stimuli, fail, succeed};
+
+#[test]
+fn whole_sequences_grids_and_protocols_pass() {
+    let folder = tempfile::tempdir().unwrap();
+    copy_stimuli(&folder.path().join("s"));
+    let grid = include_str!("../stimuli/grids/rolling-sphere-stereo.toml");
+    let protocol = include_str!("../experiments/protocols/demo.toml");
+    std::fs::write(folder.path().join("grid.toml"), grid).unwrap();
+    std::fs::write(folder.path().join("protocol.toml"), protocol).unwrap();
+    let words = ["validate", "s", "grid.toml", "protocol.toml", "--device", "cpu"];
+    let said = succeed(folder.path(), &words);
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!(lines.len(), 11, "{said}");
+    assert!(
+        lines[..9].iter().all(|line| line.ends_with("rendered anew is the same bytes")),
+        "{said}"
+    );
+    assert!(lines[9].ends_with("grid, 225 sequences") && lines[10].ends_with("protocol demo"));
+}
+
+/// Each fault is found in its own sequence, the others are still checked, and the exit says so.
+#[test]
+fn faults_are_found_one_by_one() {
+    let folder = tempfile::tempdir().unwrap();
+    copy_stimuli(&folder.path().join("s"));
+    let file = |name: &str| folder.path().join("s").join(name);
+    std::fs::remove_file(file("M2-S2-T3-A3/frame-0007.png")).unwrap();
+    std::fs::copy(file("M2-S2-T4-A4/frame-0001.png"), file("M2-S2-T4-A4/frame-0002.png")).unwrap();
+    // Frames and hashes that fit one another, of another stimulus than the manifest's.
+    let manifest = std::fs::read_to_string(file("M2-S2-T5-A5/sequence.json")).unwrap();
+    let mut forged: shutterlab_stimuli::Manifest = serde_json::from_str(&manifest).unwrap();
+    forged.stimulus.seed += 1;
+    forged.sha256 = shutterlab_stimuli::Manifest::hash(&forged.stimulus, &forged.frames);
+    forged.write(&file("M2-S2-T5-A5")).unwrap();
+
+    let error = fail(folder.path(), 1, &["validate", "s", "--device", "cpu"]);
+    assert!(
+        error.contains("3 of 9 not valid; the first: ") && error.contains("frame-0007"),
+        "{error}"
+    );
+    let error = fail(folder.path(), 1, &["validate", "s/M2-S2-T4-A4", "--device", "cpu"]);
+    assert!(error.contains("frame-0002.png: its pixels hash to"), "{error}");
+    let error = fail(folder.path(), 1, &["validate", "s/M2-S2-T5-A5", "--device", "cpu"]);
+    assert!(error.contains("it is not the same bytes"), "{error}");
+    let error = fail(folder.path(), 1, &["validate", "s/M2-S2-T5-A4/frame-0000.png"]);
+    assert!(error.contains("frame-0000.png: cannot be read"), "{error}");
+    std::fs::create_dir(folder.path().join("empty")).unwrap();
+    let error = fail(folder.path(), 1, &["validate", "empty"]);
+    assert!(error.contains("empty: holds no sequence"), "{error}");
+}
