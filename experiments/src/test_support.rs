@@ -3,7 +3,7 @@
 
 use shutterlab_data_schema::Protocol;
 use shutterlab_data_schema::protocol::PracticePair;
-use shutterlab_stimuli::generate::{Progress, RenderError, generate};
+use shutterlab_stimuli::generate::{Progress, RenderError, Request, generate};
 use shutterlab_stimuli::{Device, Grid, LinearImage, Render, Selection, Sequence, Stimulus};
 use std::ops::Range;
 use tempfile::TempDir;
@@ -52,7 +52,14 @@ pub fn rendered_with(frames: Option<Range<u32>>) -> TempDir {
     (grid.image.width_px, grid.image.height_px, grid.image.frames) = (8, 6, 3);
     let stimuli = grid.stimuli(&Selection::default()).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    generate("demo", &stimuli, frames, folder.path(), &mut FakeRenderer, &mut Silent).unwrap();
+    let request = Request {
+        grid: "demo",
+        stimuli: &stimuli,
+        frames: frames.as_ref(),
+        exr: false,
+        out: folder.path(),
+    };
+    generate(&request, &mut FakeRenderer, &mut Silent).unwrap();
     folder
 }
 

@@ -9,6 +9,7 @@ use anyhow::Context;
 use shutterlab_analysis::{analyze, report, responses};
 use shutterlab_data_schema::files::create_folder;
 use shutterlab_experiments::{SessionRequest, protocols, run_simulated};
+use shutterlab_stimuli::generate::Request;
 use shutterlab_stimuli::{Grid, Selection};
 use std::path::PathBuf;
 
@@ -33,7 +34,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     eprintln!("1/3 rendering into {}", stimuli.display());
     let grid = Grid::load("demo")?;
     let cells = grid.stimuli(&Selection::default())?;
-    render(&grid, &cells, None, &stimuli, DeviceChoice::Auto)?;
+    let request =
+        Request { grid: &grid.name, stimuli: &cells, frames: None, exr: false, out: &stimuli };
+    render(&request, DeviceChoice::Auto)?;
 
     eprintln!("2/3 {OBSERVERS} simulated observers answer, as study {}", study.display());
     let protocol = protocols::load("demo")?;

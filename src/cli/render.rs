@@ -6,9 +6,9 @@ use crate::pipelines::DeviceChoice;
 use crate::render::Renderer;
 use anyhow::anyhow;
 use indicatif::HumanBytes;
-use shutterlab_stimuli::generate::{GenerateError, bytes_needed, passes};
+use shutterlab_stimuli::generate::{GenerateError, Request, passes};
 use shutterlab_stimuli::stereo::Layout;
-use shutterlab_stimuli::{Grid, Render, Selection, Sequence, Stimulus, generate};
+use shutterlab_stimuli::{Grid, Render, Selection, Sequence, Stimulus, generate, overview, video};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -33,6 +33,12 @@ pub struct Args {
     /// How the eyes of a stereo grid make one frame, in place of the grid's layout
     #[arg(long, value_name = "LAYOUT", value_parser = layouts())]
     layout: Option<String>,
+    /// Write the linear images too, as OpenEXR (the eyes side by side)
+    #[arg(long)]
+    exr: bool,
+    /// Write each sequence as one lossless video too (FFV1; needs ffmpeg)
+    #[arg(long)]
+    video: bool,
     /// Only part I of N of the work, 1 to N; the parts' folders make up the whole
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     shard: Option<[usize; 2]>,
@@ -63,6 +69,8 @@ impl Args {
             add("--layout", layout.clone());
         }
         add("--device", format!("{:?}", self.device).to_lowercase());
+        words.extend(self.exr.then(|| "--exr".into()));
+        words.extend(self.video.then(|| "--video".into()));
         words
     }
 }
@@ -106,7 +114,27 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     if args.slurm {
         return slurm::write(args, &grid.name, passes(&stimuli).len());
     }
-    let finished = render(&grid, &stimuli, args.frames.clone(), &args.out, args.device.into())?;
+    if args.video && !video::is_available() {
+        return Err(anyhow!(
+            "render: --video: ffmpeg: not found; install it, or leave --video out"
+        ));
+    }
+    let request = Request {
+        grid: &grid.name,
+        stimuli: &stimuli,
+        frames: args.frames.as_ref(),
+        exr: args.exr,
+        out: &args.out,
+    };
+    let finished = render(&request, args.device.into())?;
+    if args.video {
+        for sequence in &finished {
+            video::write(sequence)?;
+        }
+    }
+    if let Some([sheet, page]) = overview::write(&args.out)? {
+        eprintln!("contact sheet: {}\npage that plays them: {}", sheet.display(), page.display());
+    }
     let described = finished.iter().map(|sequence| (sequence, &sequence.manifest));
     if args.json {
         let list: Vec<_> = described
@@ -142,22 +170,17 @@ fn shard(stimuli: Vec<Stimulus>, part: Option<[usize; 2]>) -> Vec<Stimulus> {
     passes.flatten().cloned().collect()
 }
 
-/// Renders `stimuli` of `grid` into `out`.
-pub(super) fn render(
-    grid: &Grid,
-    stimuli: &[Stimulus],
-    frames: Option<Range<u32>>,
-    out: &Path,
-    device: DeviceChoice,
-) -> anyhow::Result<Vec<Sequence>> {
-    check_space(stimuli, frames.as_ref(), out)?;
+/// Renders what is requested.
+pub(super) fn render(request: &Request<'_>, device: DeviceChoice) -> anyhow::Result<Vec<Sequence>> {
+    let &Request { stimuli, frames, .. } = request;
+    check_space(request)?;
     let mut renderer = Renderer::open(device).map_err(|error| anyhow!(error))?;
     let described = renderer.device();
     eprintln!("sequences: {}, on {} ({})", stimuli.len(), described.adapter, described.kind);
-    let length = frames.as_ref().map(|range| range.end.saturating_sub(range.start));
+    let length = frames.map(|range| range.end.saturating_sub(range.start));
     let mut progress =
         RenderProgress::new(stimuli, |stimulus| length.unwrap_or(stimulus.image.frames));
-    match generate(&grid.name, stimuli, frames, out, &mut renderer, &mut progress) {
+    match generate(request, &mut renderer, &mut progress) {
         Ok(()) => Ok(progress.finished),
         Err(error @ GenerateError::Frames { .. }) => Err(UsageError::from(error)),
         Err(error) => Err(error.into()),
@@ -165,12 +188,8 @@ pub(super) fn render(
 }
 
 /// Says how much the frames will take, and refuses to begin what the disk cannot hold.
-fn check_space(
-    stimuli: &[Stimulus],
-    frames: Option<&Range<u32>>,
-    out: &Path,
-) -> anyhow::Result<()> {
-    let needed: u64 = stimuli.iter().map(|stimulus| bytes_needed(stimulus, frames, out)).sum();
+fn check_space(request: &Request<'_>) -> anyhow::Result<()> {
+    let (needed, out) = (request.bytes_needed(), request.out);
     // The folder may not be there yet, but one above it is.
     let there = out.ancestors().find(|folder| folder.exists() && !folder.as_os_str().is_empty());
     let free = fs4::available_space(there.unwrap_or(Path::new(".")));

@@ -61,6 +61,23 @@ impl Transfer {
 }
 
 impl LinearImage {
+    /// The image as an OpenEXR file's bytes: 32-bit floats, linear Rec. 709.
+    ///
+    /// # Errors
+    /// The encoder refuses the image.
+    pub fn to_exr(&self) -> io::Result<Vec<u8>> {
+        use exr::prelude::*;
+        let size = (self.width as usize, self.height as usize);
+        let pixel = |place: Vec2<usize>| {
+            let [r, g, b] = self.pixels[place.y() * size.0 + place.x()];
+            (r, g, b)
+        };
+        let mut file = io::Cursor::new(vec![]);
+        let image = Image::from_channels(size, SpecificChannels::rgb(pixel));
+        image.write().to_buffered(&mut file).map_err(io::Error::other)?;
+        Ok(file.into_inner())
+    }
+
     /// Exposes (2^`exposure_stops`), encodes and rounds to 8 bits.
     pub fn encode(&self, exposure_stops: f64, transfer: Transfer) -> EncodedImage {
         let gain = (exposure_stops as f32).exp2();

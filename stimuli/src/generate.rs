@@ -4,6 +4,7 @@
 
 use crate::frames::{EncodedImage, LinearImage};
 use crate::manifest::{self, Device, Frame, Manifest, Sequence, SequenceError, frame_path, json};
+use crate::stereo::beside;
 use crate::stimulus::Stimulus;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -114,7 +115,22 @@ impl Origin {
 /// File that tells the origin of the frames in a folder that is not yet finished.
 const ORIGIN_FILE: &str = "unfinished.json";
 
-/// Renders frames `frames` (all, if none are named) of every stimulus into its folder in `out`.
+/// What to make.
+#[derive(Clone, Copy, Debug)]
+pub struct Request<'a> {
+    /// Name of the grid.
+    pub grid: &'a str,
+    /// Its stimuli that are wanted.
+    pub stimuli: &'a [Stimulus],
+    /// Which of their frames; all, if none are named.
+    pub frames: Option<&'a Range<u32>>,
+    /// Whether the linear images are wanted too, as OpenEXR.
+    pub exr: bool,
+    /// The folder for the sequence folders.
+    pub out: &'a Path,
+}
+
+/// Renders what is requested, each stimulus into its own folder.
 ///
 /// A sequence whose manifest already lists all the frames is skipped; frames that an earlier run
 /// left, by the same program on the same device, are kept.
@@ -122,16 +138,13 @@ const ORIGIN_FILE: &str = "unfinished.json";
 /// # Errors
 /// See [`GenerateError`]. Whatever was written before the error stays and is whole.
 pub fn generate(
-    grid: &str,
-    stimuli: &[Stimulus],
-    frames: Option<Range<u32>>,
-    out: &Path,
+    request: &Request<'_>,
     renderer: &mut dyn Render,
     progress: &mut dyn Progress,
 ) -> Result<(), GenerateError> {
-    let range_of = |stimulus: &Stimulus| frames.clone().unwrap_or(0..stimulus.image.frames);
+    let &Request { stimuli, out, .. } = request;
     for stimulus in stimuli {
-        let (range, length) = (range_of(stimulus), stimulus.image.frames);
+        let (range, length) = (request.range(stimulus), stimulus.image.frames);
         if range.is_empty() || range.end > length {
             return Err(GenerateError::Frames {
                 range,
@@ -145,10 +158,44 @@ pub fn generate(
         same_stimulus(&out.join(stimulus.folder_name()), stimulus)?;
     }
     for pass in passes(stimuli) {
-        let range = range_of(pass[0]);
-        make_sequences(grid, &pass, range, out, renderer, progress)?;
+        make_sequences(request, &pass, renderer, progress)?;
     }
     Ok(())
+}
+
+impl Request<'_> {
+    /// The frames of `stimulus` that are wanted.
+    fn range(&self, stimulus: &Stimulus) -> Range<u32> {
+        self.frames.cloned().unwrap_or(0..stimulus.image.frames)
+    }
+
+    /// Whether frame number `index` lacks its linear image in `folder`.
+    fn lacks_exr(&self, folder: &Path, index: u32) -> bool {
+        self.exr && !exr_path(folder, index).exists()
+    }
+
+    /// Bytes that the frames may take that are not there yet: seven tenths of their pixels', which is
+    /// what the noisiest frames take as PNG, and the linear pixels as they are.
+    pub fn bytes_needed(&self) -> u64 {
+        let of_stimulus = |stimulus: &Stimulus| {
+            let folder = self.out.join(stimulus.folder_name());
+            let count = |lacks: &dyn Fn(u32) -> bool| {
+                self.range(stimulus).filter(|&index| lacks(index)).count() as u64
+            };
+            let pixels = |[width, height]: [u32; 2]| 3 * u64::from(width) * u64::from(height);
+            let views = [stimulus.image.width_px, stimulus.image.height_px];
+            count(&|index| !frame_path(&folder, index).exists())
+                * (pixels(stimulus.frame_size_px()) * 7 / 10)
+                + count(&|index| self.lacks_exr(&folder, index))
+                    * (4 * pixels(views) * stimulus.views().len() as u64)
+        };
+        self.stimuli.iter().map(of_stimulus).sum()
+    }
+}
+
+/// The linear image of frame number `index` in a sequence folder.
+fn exr_path(folder: &Path, index: u32) -> PathBuf {
+    folder.join(format!("frame-{index:04}.exr"))
 }
 
 /// The stimuli in groups that one pass over the samples yields together, in their order; within a
@@ -165,16 +212,6 @@ pub fn passes(stimuli: &[Stimulus]) -> Vec<Vec<&Stimulus>> {
     passes.into_values().map(sorted).collect()
 }
 
-/// Bytes that the frames `frames` (all, if none are named) of `stimulus` may take that are not yet in
-/// its folder in `out`: seven tenths of their pixels', which is what the noisiest frames take as PNG.
-pub fn bytes_needed(stimulus: &Stimulus, frames: Option<&Range<u32>>, out: &Path) -> u64 {
-    let folder = out.join(stimulus.folder_name());
-    let range = frames.cloned().unwrap_or(0..stimulus.image.frames);
-    let missing = range.filter(|&index| !frame_path(&folder, index).exists()).count() as u64;
-    let [width, height] = stimulus.frame_size_px().map(u64::from);
-    missing * (3 * width * height * 7 / 10)
-}
-
 /// A sequence that is being made.
 struct Unfinished<'a> {
     stimulus: &'a Stimulus,
@@ -188,21 +225,19 @@ struct Unfinished<'a> {
 }
 
 fn make_sequences(
-    grid: &str,
+    request: &Request<'_>,
     pass: &[&Stimulus],
-    range: Range<u32>,
-    out: &Path,
     renderer: &mut dyn Render,
     progress: &mut dyn Progress,
 ) -> Result<(), GenerateError> {
     let mut unfinished = Vec::new();
     for stimulus in pass {
-        unfinished.extend(Unfinished::open(stimulus, &range, out, renderer, progress)?);
+        unfinished.extend(Unfinished::open(request, stimulus, renderer, progress)?);
     }
-    for index in range {
+    for index in request.range(pass[0]) {
         let mut missing = Vec::new();
         for sequence in &mut unfinished {
-            if !sequence.keep(index, progress) {
+            if !sequence.keep(request, index, progress) {
                 missing.push(sequence);
             }
         }
@@ -224,30 +259,32 @@ fn make_sequences(
         for (sequence, views) in missing.into_iter().zip(images) {
             let added = sequence.stimulus.samples - fewer;
             fewer = sequence.stimulus.samples;
-            sequence.add(index, &views, seconds_per_sample * f64::from(added))?;
+            sequence.add(request, index, &views, seconds_per_sample * f64::from(added))?;
             progress.frame(sequence.stimulus, true);
         }
     }
-    unfinished.into_iter().try_for_each(|sequence| sequence.finish(grid, progress))
+    unfinished.into_iter().try_for_each(|sequence| sequence.finish(request.grid, progress))
 }
 
 impl<'a> Unfinished<'a> {
-    /// Takes the folder of `stimulus`, unless all frames of `range` are finished there.
+    /// Takes the folder of `stimulus`, unless all that is wanted is finished there.
     fn open(
+        request: &Request<'_>,
         stimulus: &'a Stimulus,
-        range: &Range<u32>,
-        out: &Path,
         renderer: &dyn Render,
         progress: &mut dyn Progress,
     ) -> Result<Option<Self>, GenerateError> {
-        let folder = out.join(stimulus.folder_name());
+        let folder = request.out.join(stimulus.folder_name());
         create_folder(&folder)?;
         let lock = lock(&folder)?;
         let finished = finished_sequence(&folder, stimulus)?;
         if let Some(sequence) = &finished
-            && range.clone().all(|index| sequence.manifest.frames.iter().any(|f| f.index == index))
+            && request.range(stimulus).all(|index| {
+                sequence.manifest.frames.iter().any(|f| f.index == index)
+                    && !request.lacks_exr(&folder, index)
+            })
         {
-            range.clone().for_each(|_| progress.frame(stimulus, false));
+            request.range(stimulus).for_each(|_| progress.frame(stimulus, false));
             progress.sequence(sequence, 0);
             return Ok(None);
         }
@@ -263,7 +300,10 @@ impl<'a> Unfinished<'a> {
     }
 
     /// Whether frame number `index` is there already, finished or left by an interrupted run.
-    fn keep(&mut self, index: u32, progress: &mut dyn Progress) -> bool {
+    fn keep(&mut self, request: &Request<'_>, index: u32, progress: &mut dyn Progress) -> bool {
+        if request.lacks_exr(&self.folder, index) {
+            return false;
+        }
         // What the manifest lists has been held against it when the sequence was opened.
         if !self.frames.iter().any(|frame| frame.index == index) {
             let Ok(image) = EncodedImage::read_png(&frame_path(&self.folder, index)) else {
@@ -281,14 +321,21 @@ impl<'a> Unfinished<'a> {
     /// Writes frame number `index`.
     fn add(
         &mut self,
+        request: &Request<'_>,
         index: u32,
         views: &[LinearImage],
         seconds: f64,
     ) -> Result<(), GenerateError> {
+        if request.exr {
+            let linear = views[1..].iter().fold(views[0].clone(), |all, view| beside(&all, view));
+            write_atomically(&exr_path(&self.folder, index), &linear.to_exr()?)?;
+        }
         let image = self.stimulus.encode(views);
         write_atomically(&frame_path(&self.folder, index), &image.to_png()?)?;
         self.origin.render_seconds += seconds;
         write_atomically(&self.folder.join(ORIGIN_FILE), json(&self.origin).as_bytes())?;
+        // A frame may be there already and lack its linear image alone.
+        self.frames.retain(|frame| frame.index != index);
         self.frames.push(Frame { index, sha256: image.sha256() });
         self.rendered += 1;
         Ok(())
@@ -473,7 +520,9 @@ mod tests {
     }
 
     fn make(out: &Path, painter: &mut Painter, progress: &mut Quiet) -> Result<(), GenerateError> {
-        generate("demo", &one_stimulus(), None, out, painter, progress)
+        let stimuli = one_stimulus();
+        let request = Request { grid: "demo", stimuli: &stimuli, frames: None, exr: false, out };
+        generate(&request, painter, progress)
     }
 
     #[test]
@@ -523,7 +572,9 @@ mod tests {
         );
         let out = tempfile::tempdir().unwrap();
         let make = |painter: &mut Painter| {
-            generate("demo", &stimuli, None, out.path(), painter, &mut Quiet::default()).unwrap();
+            let (stimuli, out) = (stimuli.as_slice(), out.path());
+            let request = Request { grid: "demo", stimuli, frames: None, exr: false, out };
+            generate(&request, painter, &mut Quiet::default()).unwrap();
             painter.rendered
         };
         assert_eq!(make(&mut painter("one")), 48);
@@ -567,6 +618,31 @@ mod tests {
         assert!(matches!(same_device, Err(VerifyError::OtherBytes { .. })));
         let error = verify(&sequence, 0, &mut painter("two")).unwrap_err().to_string();
         assert!(error.contains("frame-0000.png: rendered anew it is another image"), "{error}");
+    }
+
+    /// Linear images can be asked for when the frames are there already, which stay as they are.
+    #[test]
+    fn linear_images_hold_what_was_rendered() {
+        let out = tempfile::tempdir().unwrap();
+        make(out.path(), &mut painter("one"), &mut Quiet::default()).unwrap();
+        let before = Sequence::open_all(out.path()).unwrap();
+        let (stimuli, frames) = (one_stimulus(), 2..4);
+        let (stimuli, out) = (stimuli.as_slice(), out.path());
+        let request = Request { grid: "demo", stimuli, frames: Some(&frames), exr: true, out };
+        assert_eq!(request.bytes_needed(), 2 * 4 * 3 * 40 * 30);
+        let mut painter = painter("one");
+        generate(&request, &mut painter, &mut Quiet::default()).unwrap();
+        assert_eq!((painter.rendered, request.bytes_needed()), (2, 0));
+        let after = Sequence::open_all(out).unwrap();
+        assert_eq!(before[0].manifest.frames, after[0].manifest.frames);
+        let image = exr::prelude::read_first_rgba_layer_from_file(
+            exr_path(&after[0].folder, 3),
+            |size, _| vec![[0.0_f32; 3]; size.width() * size.height()],
+            |pixels, place, (r, g, b, _): (f32, f32, f32, f32)| {
+                pixels[place.y() * 40 + place.x()] = [r, g, b];
+            },
+        );
+        assert_eq!(image.unwrap().layer_data.channel_data.pixels[41], [0.125, 0.25, 0.0]);
     }
 
     #[test]

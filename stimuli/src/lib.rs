@@ -10,10 +10,12 @@ pub mod frames;
 pub mod generate;
 pub mod grid;
 pub mod manifest;
+pub mod overview;
 pub mod scene;
 pub mod stereo;
 pub mod stimulus;
 pub mod verify;
+pub mod video;
 pub mod viewing;
 
 pub use frames::LinearImage;
