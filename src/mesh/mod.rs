@@ -6,8 +6,8 @@ pub mod ray;
 
 use glam::{Vec2, Vec3};
 
-/// Most vertices, and most triangles, of a mesh: as many as a 32-bit machine word can count twice over
-/// in the nodes of a [`bvh::Bvh`], and a few gigabytes.
+/// Most vertices, and most triangles, of a mesh: a few gigabytes with their hierarchy, and well within
+/// what 32-bit indices count.
 pub const MAX_ELEMENTS: usize = 1 << 26;
 
 /// Largest coordinate, in metres: volumes and determinants of such lengths stay finite in an `f32`.
