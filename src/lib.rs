@@ -2,13 +2,14 @@
 //! shutter into an image; and the command line over all of Shutterlab's packages.
 //!
 //! Rooms, from left to right; each imports only from rooms to its left: `gpu`, [`sampling`] <
-//! [`scene`] < [`shading`], [`film`] < [`pipelines`] < [`render`] < `cli`.
+//! [`mesh`] < [`scene`] < [`shading`], [`film`] < [`pipelines`] < [`render`] < `cli`.
 
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod film;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+pub mod mesh;
 pub mod pipelines;
 pub mod render;
 pub mod sampling;

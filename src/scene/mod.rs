@@ -2,6 +2,7 @@
 
 pub mod camera;
 pub mod environment;
+pub mod import;
 pub mod motion;
 pub mod shutter;
 

@@ -1,0 +1,254 @@
+//! Tests of the hierarchy against brute force, and of what it promises about its shape.
+
+use super::*;
+use crate::sampling::random::{StreamKey, unit};
+use std::f32::consts::TAU;
+
+/// Numbers in [0, 1), as many as one asks for.
+struct Numbers {
+    key: StreamKey,
+    drawn: u32,
+}
+
+impl Numbers {
+    fn new(seed: u64) -> Self {
+        Self { key: StreamKey::new(seed, "mesh", 0, 0, 0), drawn: 0 }
+    }
+
+    fn next(&mut self) -> f32 {
+        self.drawn += 1;
+        unit(self.key.words(self.drawn, 0, 0)[0])
+    }
+
+    fn index(&mut self, count: usize) -> usize {
+        (self.next() * count as f32) as usize
+    }
+
+    /// In the cube from −1 to 1.
+    fn point(&mut self) -> Vec3 {
+        Vec3::from_array(std::array::from_fn(|_| 2.0 * self.next() - 1.0))
+    }
+
+    /// Triangles of any size, some without area, some twice, some flat along an axis.
+    fn soup(&mut self, count: usize, moves: bool) -> Mesh {
+        let mut positions: Vec<Vec3> = vec![];
+        for _ in 0..count {
+            let (centre, size) = (self.point(), 0.7 * self.next().powi(4));
+            let mut corners: [Vec3; 3] = std::array::from_fn(|_| centre + size * self.point());
+            match self.index(8) {
+                0 => corners[1] = corners[2],
+                1 => corners = corners.map(|corner| Vec3::new(corner.x, centre.y, corner.z)),
+                2 if !positions.is_empty() => corners.copy_from_slice(&positions[..3]),
+                _ => {}
+            }
+            positions.extend(corners);
+        }
+        let end = positions.iter().map(|&start| start + 0.5 * self.point()).collect();
+        Mesh {
+            end_positions: moves.then_some(end),
+            triangles: (0..count as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect(),
+            positions,
+            ..Mesh::default()
+        }
+    }
+
+    /// Towards a corner, a point of an edge, a point of a triangle, or along an axis.
+    fn ray(&mut self, mesh: &Mesh) -> Ray {
+        let time = [0.0, 1.0, self.next()][self.index(3)];
+        let triangle = mesh.triangles[self.index(mesh.triangles.len())];
+        let [a, b, c] = mesh.corners(triangle, time);
+        let (u, v) = (self.next(), self.next());
+        let target = match self.index(4) {
+            0 => a,
+            1 => a.lerp(b, u),
+            _ => a.lerp(b, u).lerp(c, v),
+        };
+        let origin = 3.0 * self.point();
+        let axis = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X][self.index(4)];
+        let (origin, direction) = match self.index(4) {
+            0 => (target - 2.0 * axis, axis),
+            1 => (target, self.point()),
+            _ => (origin, target - origin),
+        };
+        let end = [f32::INFINITY, 2.0 * self.next()][self.index(2)];
+        Ray { origin, direction, time, between: [0.2 * self.next(), end] }
+    }
+}
+
+fn brute_force(mesh: &Mesh, bvh: &Bvh, ray: &Ray) -> Option<f32> {
+    let (min, max) = bvh.reach();
+    let frame = RayFrame::new(ray, min, max);
+    let meet =
+        |&triangle| frame.meet(mesh.corners(triangle, ray.time)).map(|(distance, _)| distance);
+    mesh.triangles.iter().filter_map(meet).min_by(f32::total_cmp)
+}
+
+#[test]
+fn the_search_finds_what_brute_force_finds() {
+    let mut numbers = Numbers::new(1);
+    let mut hits = 0;
+    for round in 0..120 {
+        let mesh = {
+            let count = 1 + numbers.index(300);
+            numbers.soup(count, round % 3 > 0)
+        };
+        let bvh = Bvh::new(&mesh);
+        for _ in 0..150 {
+            let ray = numbers.ray(&mesh);
+            let truth = brute_force(&mesh, &bvh, &ray);
+            let found = bvh.nearest(&mesh, &ray);
+            assert_eq!(found.map(|hit| hit.distance), truth, "{ray:?}");
+            assert_eq!(bvh.any(&mesh, &ray), truth.is_some(), "{ray:?}");
+            let Some(hit) = found else { continue };
+            hits += 1;
+            let corners = mesh.corners(mesh.triangles[hit.triangle as usize], ray.time);
+            let [u, v, w] = hit.barycentrics;
+            let place = u * corners[0] + v * corners[1] + w * corners[2];
+            let along = ray.origin + hit.distance * ray.direction;
+            assert!(place.abs_diff_eq(along, 2e-4), "{place} {along} {ray:?}");
+            assert!((u + v + w - 1.0).abs() < 1e-5 && u.min(v).min(w) >= 0.0, "{hit:?}");
+        }
+    }
+    assert!(hits > 5000, "{hits}");
+}
+
+/// At any time, to the last bit, and not much larger than needed at the ends of the shutter.
+#[test]
+fn boxes_hold_their_triangles_at_all_times() {
+    let mut numbers = Numbers::new(2);
+    let mesh = numbers.soup(500, true);
+    let bvh = Bvh::new(&mesh);
+    for index in 0..bvh.nodes.len() {
+        let mut inside: Vec<&Face> = vec![];
+        let mut below = vec![index];
+        while let Some(index) = below.pop() {
+            let Node { first, count, .. } = bvh.nodes[index];
+            let first = first as usize;
+            match count as usize {
+                0 => below.extend([first, first + 1]),
+                count => inside.extend(&bvh.faces[first..first + count]),
+            }
+        }
+        let (node, end) = (bvh.nodes[index], bvh.end_boxes[index]);
+        for time in [0.0, 1.0, 0.5, numbers.next(), numbers.next(), numbers.next()] {
+            let min = crate::mesh::between(node.min.into(), end.min.into(), time);
+            let max = crate::mesh::between(node.max.into(), end.max.into(), time);
+            let corners =
+                || inside.iter().flat_map(|face: &&Face| mesh.corners(face.vertices, time));
+            let least = corners().fold(Vec3::INFINITY, Vec3::min);
+            let most = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
+            assert!(min.cmple(least).all() && max.cmpge(most).all(), "node {index} at {time}");
+            assert!(time.fract() > 0.0 || (min, max) == (least, most), "node {index} at {time}");
+        }
+    }
+}
+
+/// A sphere of squares around the axis, its poles closed by triangles.
+fn sphere(around: u32, down: u32, place: impl Fn(Vec3) -> Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let mut positions = vec![place(Vec3::Y), place(Vec3::NEG_Y)];
+    let mut triangles = vec![];
+    let ring = |row: u32, column: u32| 2 + row * around + column % around;
+    for row in 0..down {
+        let (sine, cosine) = (TAU / 2.0 * (row + 1) as f32 / (down + 1) as f32).sin_cos();
+        for column in 0..around {
+            let (east, north) = (TAU * column as f32 / around as f32).sin_cos();
+            positions.push(place(Vec3::new(sine * east, cosine, sine * north)));
+            let (next, this) = (ring(row, column + 1), ring(row, column));
+            if row == 0 {
+                triangles.push([0, this, next]);
+            }
+            if row + 1 == down {
+                triangles.push([1, next, this]);
+            } else {
+                let (below, aside) = (ring(row + 1, column), ring(row + 1, column + 1));
+                triangles.extend([[this, below, next], [next, below, aside]]);
+            }
+        }
+    }
+    (positions, triangles)
+}
+
+/// From inside a closed mesh, every ray meets it, also along edges and through corners, also far from
+/// the origin, where coordinates are coarse.
+#[test]
+fn no_ray_slips_through_a_closed_mesh() {
+    let mut numbers = Numbers::new(3);
+    for (offset, moves) in [(0.0, false), (300.0, false), (0.0, true), (300.0, true)] {
+        let centre = Vec3::new(offset, -0.3 * offset, 0.7 * offset);
+        let travel = Vec3::new(0.9, 0.2, -0.4);
+        let (positions, triangles) = sphere(40, 25, |p| centre + p);
+        let (end, _) = sphere(40, 25, |p| centre + travel + 1.3 * p);
+        let mesh =
+            Mesh { positions, end_positions: moves.then_some(end), triangles, ..Mesh::default() };
+        mesh.check("sphere").unwrap();
+        let bvh = Bvh::new(&mesh);
+        for &triangle in &mesh.triangles {
+            let time = numbers.next();
+            let [a, b, c] = mesh.corners(triangle, time);
+            let inside = centre + if moves { travel * time } else { Vec3::ZERO };
+            let origin = inside + 0.4 * numbers.point();
+            for target in [a, a.lerp(b, numbers.next()), c.lerp(b, 0.5), (a + b + c) / 3.0] {
+                let direction = target - origin;
+                let ray = Ray { origin, direction, time, between: [0.0, f32::INFINITY] };
+                let hit = bvh.nearest(&mesh, &ray).unwrap_or_else(|| panic!("{ray:?}"));
+                assert!((hit.distance - 1.0).abs() < 1e-3, "{hit:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_hierarchy_is_the_same_for_any_number_of_threads() {
+    let mesh = Numbers::new(4).soup(30_000, true);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| Bvh::new(&mesh))
+    };
+    assert!(with(1) == with(4));
+}
+
+fn depth(bvh: &Bvh, index: usize) -> usize {
+    match bvh.nodes[index] {
+        Node { first, count: 0, .. } => {
+            1 + depth(bvh, first as usize).max(depth(bvh, first as usize + 1))
+        }
+        _ => 0,
+    }
+}
+
+/// Each triangle half as large as the one before: the heuristic alone would peel them off one by one.
+#[test]
+fn no_hierarchy_is_deeper_than_the_stack() {
+    let corners = [Vec3::X, Vec3::Y, Vec3::Z];
+    let scales = (-120..=27).map(|power| 2.0_f32.powi(power));
+    let positions: Vec<Vec3> =
+        scales.flat_map(|scale| corners.map(|corner| scale * (corner + 2.0))).collect();
+    let triangles = (0..positions.len() as u32 / 3).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]);
+    let triangles: Vec<[u32; 3]> = triangles.flat_map(|triangle| [triangle; 40]).collect();
+    let mesh = Mesh { positions, triangles, ..Mesh::default() };
+    mesh.check("nest").unwrap();
+    let bvh = Bvh::new(&mesh);
+    let depth = depth(&bvh, 0);
+    assert!(depth > 20 && depth <= MAX_DEPTH, "{depth}");
+    let all_small = |bvh: &Bvh| bvh.nodes.iter().all(|node| node.count <= 4);
+    assert!(all_small(&bvh));
+    // All at one place, there is nothing to choose by.
+    let same = Mesh { triangles: vec![[0, 1, 2]; 1000], ..mesh };
+    assert!(all_small(&Bvh::new(&same)));
+}
+
+#[test]
+fn a_mesh_at_rest_has_one_box_per_node_and_every_triangle_once() {
+    let mesh = Numbers::new(5).soup(1000, false);
+    let bvh = Bvh::new(&mesh);
+    assert!(bvh.end_boxes.is_empty());
+    let mut triangles: Vec<u32> = bvh.faces.iter().map(|face| face.triangle).collect();
+    triangles.sort_unstable();
+    assert!(triangles.into_iter().eq(0..1000));
+    for face in &bvh.faces {
+        assert_eq!(face.vertices, mesh.triangles[face.triangle as usize]);
+    }
+    // As WGSL lays them out: vectors of three fill up to 16 bytes with the word that follows.
+    assert_eq!((size_of::<Node>(), size_of::<EndBox>(), size_of::<Face>()), (32, 32, 16));
+    assert_eq!((std::mem::offset_of!(Node, max), std::mem::offset_of!(EndBox, max)), (16, 16));
+}
