@@ -10,6 +10,7 @@ import argparse
 import csv
 import math
 from collections import defaultdict
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -52,10 +53,15 @@ def print_biases(frames, ours, eps, ball):
     print(f"{'converged':24} {columns}")
     for renderer, theirs in converged(frames):
         measured = [bias(theirs, ours, eps, part) for part in (EVERYWHERE, ball)]
-        biases = " ".join(f"{root:8.2%} {bound:8.2%}" for root, bound, _ in measured)
-        means = " ".join(f"{mean:8.4f}" for *_, mean in measured)
-        agree = all(bound < LARGEST_BIAS for _, bound, _ in measured)
-        print(f"{renderer:24} {biases} {means}", "" if agree else f"not below {LARGEST_BIAS:.0%}")
+        biases = " ".join(f"{b.root:8.2%} {b.upper:8.2%}" for b in measured)
+        means = " ".join(f"{b.mean_ratio:8.4f}" for b in measured)
+        if all(b.upper < LARGEST_BIAS for b in measured):
+            verdict = "agrees"
+        elif any(b.lower > LARGEST_BIAS for b in measured):
+            verdict = "differs"
+        else:
+            verdict = "undecided, too few samples"
+        print(f"{renderer:24} {biases} {means}  {verdict}")
 
 
 def print_errors(frames, times, ours, eps, ball):
@@ -126,9 +132,17 @@ def halves(images):
     return np.mean(images[0::2], axis=0), np.mean(images[1::2], axis=0)
 
 
+@dataclass(frozen=True)
+class Bias:
+    root: float
+    lower: float
+    upper: float
+    mean_ratio: float
+
+
 def bias(theirs, ours, eps, part):
-    """The root of the relative MSE without the noise of either (0 where chance puts the square below), the
-    bound that it stays under with 97.5 % confidence, and the ratio of the means.
+    """The root of the relative MSE without the noise of either, its bounds at two standard errors (each 0
+    where chance puts the square below), and the ratio of the means.
 
     The product of two independent differences is the squared difference less its variance as the two
     halves estimate it: ((a + b) / 2)^2 - ((a - b) / 2)^2 = a b.
@@ -138,8 +152,9 @@ def bias(theirs, ours, eps, part):
     # The channels of a pixel share their noise.
     products = products.mean(axis=-1)
     square, error = products.mean(), products.std() / math.sqrt(products.size)
-    root, bound = (math.sqrt(max(value, 0)) for value in (square, max(square, 0) + 2 * error))
-    return root, bound, ((theirs[0] + theirs[1]) / 2)[part].mean() / truth.mean()
+    squares = square, square - 2 * error, max(square, 0) + 2 * error
+    mean_ratio = ((theirs[0] + theirs[1]) / 2)[part].mean() / truth.mean()
+    return Bias(*(math.sqrt(max(value, 0)) for value in squares), mean_ratio)
 
 
 def relative_mse(image, ours, eps, part):

@@ -42,8 +42,9 @@ def main():
                 shutter = (k + 0.5) / count - 0.5
                 parameters["sphere.to_world"] = mi.Transform4f(sphere_to_world(view, shutter))
                 parameters.update()
-            # A sub-frame's seed is its own, or all would have the same noise.
-            total = total + mi.render(built, spp=samples // count, seed=(seed << 12) + k).array
+            # To `multijitter` a seed is an offset in pixels: near seeds give neighbours the same noise.
+            far = int(np.random.default_rng([seed, k]).integers(1 << 32))
+            total = total + mi.render(built, spp=samples // count, seed=far).array
             dr.eval(total)
         image = np.array(total, dtype=np.float64) / count
         return image.reshape(scene.HEIGHT, scene.WIDTH, 3)
