@@ -38,7 +38,8 @@ fn main() -> Result<(), Failure> {
 
     let with = |samples: u32, seed: u64| Stimulus { samples, seed, ..stimulus.clone() };
     let render = |pipeline: &mut dyn Pipeline, samples| film(pipeline, &with(samples, 1), FRAME);
-    let mut pipeline = fastest.pipeline(stimulus.method);
+    let folder = &Path::new(env!("CARGO_MANIFEST_DIR")).join("target/bench");
+    let mut pipeline = fastest.pipeline(stimulus.method, folder);
     let truth = film(pipeline.as_mut(), &with(TRUTH_SAMPLES, 2), FRAME)?.image();
     // The view without the sphere: it is out of sight at the first frame.
     let mut away = with(256, 3);
@@ -46,8 +47,7 @@ fn main() -> Result<(), Failure> {
     let empty = film(pipeline.as_mut(), &away, 0)?.image();
     let epsilon = measure::epsilon(&truth, &empty);
 
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/bench");
-    std::fs::create_dir_all(&folder)?;
+    std::fs::create_dir_all(folder)?;
     write_pfm(&truth, &folder.join("render-truth.pfm"))?;
     let mut csv = std::fs::File::create(folder.join("render.csv"))?;
     let columns = "device,adapter,samples,wall_s,core_s,paths_per_s,paths_per_core_s,relative_mse";
@@ -56,7 +56,7 @@ fn main() -> Result<(), Failure> {
         let described = device.describe();
         println!("{} ({}) {}", described.adapter, described.kind, described.driver);
         println!("samples   wall s   core s   Mpaths/s   Mpaths/core-s   relative MSE");
-        let mut pipeline = device.pipeline(stimulus.method);
+        let mut pipeline = device.pipeline(stimulus.method, folder);
         let mut rows = vec![];
         for samples in SAMPLES {
             let (mut walls, mut cores) = (vec![], vec![]);

@@ -4,21 +4,25 @@ use crate::pipelines::{DeviceChoice, OpenDevice, Pipeline};
 use shutterlab_stimuli::generate::RenderError;
 use shutterlab_stimuli::stimulus::Method;
 use shutterlab_stimuli::{Device, LinearImage, Render, Stimulus};
+use std::path::{Path, PathBuf};
 
 /// A renderer on an open device.
 pub struct Renderer {
     device: OpenDevice,
+    /// The folder of the sequences, where the files that stimuli need are kept.
+    assets: PathBuf,
     /// The pipeline used last: compiled once, kept while the method stays the same.
     pipeline: Option<(Method, Box<dyn Pipeline>)>,
 }
 
 impl Renderer {
-    /// Opens the device chosen.
+    /// Opens the device chosen; files that stimuli need are taken from `assets`, the folder of the
+    /// sequences.
     ///
     /// # Errors
     /// As [`OpenDevice::open`].
-    pub fn open(choice: DeviceChoice) -> Result<Self, RenderError> {
-        Ok(Self { device: OpenDevice::open(choice)?, pipeline: None })
+    pub fn open(choice: DeviceChoice, assets: &Path) -> Result<Self, RenderError> {
+        Ok(Self { device: OpenDevice::open(choice)?, assets: assets.into(), pipeline: None })
     }
 }
 
@@ -35,7 +39,7 @@ impl Render for Renderer {
     ) -> Result<Vec<Vec<LinearImage>>, RenderError> {
         let (method, mut pipeline) = match self.pipeline.take() {
             Some(kept) if kept.0 == stimulus.method => kept,
-            _ => (stimulus.method, self.device.pipeline(stimulus.method)),
+            _ => (stimulus.method, self.device.pipeline(stimulus.method, &self.assets)),
         };
         let mut images = vec![vec![]; samples.len()];
         for view in stimulus.views() {

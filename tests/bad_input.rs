@@ -63,7 +63,7 @@ fn grids_with_a_wrong_value() {
         (
             "scene = \"rolling-sphere\"",
             "scene = \"rolling-cube\"",
-            "rolling-cube: shipped scenes are rolling-sphere",
+            "rolling-cube: neither a file nor one of the shipped scenes: rolling-sphere",
         ),
         ("seed = 2012", "seed = ", "line"),
         ("\"sobol\"", "\"halton\"", "unknown variant `halton`, expected one of `random`"),

@@ -15,13 +15,16 @@ mod recovery;
 mod render;
 /// Which room may import from which.
 mod rooms;
+/// Scenes in files, and their light maps.
+mod scenes;
 /// Sessions that are killed and go on.
 mod sessions;
 /// Shader structs against their twins in Rust.
 #[cfg(feature = "gpu")]
 mod shaders;
-/// Outside validators on what a study writes.
+/// `validate`: faults are found, whole files pass.
 mod validate;
+/// Outside validators on what a study writes.
 mod validators;
 /// A session in a real window, driven by keys.
 #[cfg(all(feature = "window", target_os = "linux"))]

@@ -4,6 +4,7 @@ use super::progress::RenderProgress;
 use super::{UsageError, say, slurm};
 use crate::pipelines::DeviceChoice;
 use crate::render::Renderer;
+use crate::scene::import::image::light_map;
 use anyhow::anyhow;
 use indicatif::HumanBytes;
 use shutterlab_stimuli::generate::{GenerateError, Request, passes};
@@ -126,6 +127,14 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         exr: args.exr,
         out: &args.out,
     };
+    let assets = grid.assets()?;
+    // A light map that cannot be used is told of under its own name, before anything is written.
+    for asset in &assets {
+        light_map(&asset.source)?;
+    }
+    for asset in &assets {
+        asset.keep(&args.out)?;
+    }
     let finished = render(&request, args.device.into())?;
     if args.video {
         for sequence in &finished {
@@ -174,7 +183,7 @@ fn shard(stimuli: Vec<Stimulus>, part: Option<[usize; 2]>) -> Vec<Stimulus> {
 pub(super) fn render(request: &Request<'_>, device: DeviceChoice) -> anyhow::Result<Vec<Sequence>> {
     let &Request { stimuli, frames, .. } = request;
     check_space(request)?;
-    let mut renderer = Renderer::open(device).map_err(|error| anyhow!(error))?;
+    let mut renderer = Renderer::open(device, request.out).map_err(|error| anyhow!(error))?;
     let described = renderer.device();
     eprintln!("sequences: {}, on {} ({})", stimuli.len(), described.adapter, described.kind);
     let length = frames.map(|range| range.end.saturating_sub(range.start));

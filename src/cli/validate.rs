@@ -65,7 +65,11 @@ fn targets(path: &Path) -> anyhow::Result<Vec<PathBuf>> {
 }
 
 /// Checks one thing, and says what was found.
-fn check(path: &Path, device: Device, kept: &mut Option<Renderer>) -> anyhow::Result<String> {
+fn check(
+    path: &Path,
+    device: Device,
+    kept: &mut Option<(PathBuf, Renderer)>,
+) -> anyhow::Result<String> {
     if path.is_file() {
         return check_definition(path);
     }
@@ -74,9 +78,14 @@ fn check(path: &Path, device: Device, kept: &mut Option<Renderer>) -> anyhow::Re
         return Ok(format!("study, answers about {} stimuli", answers.items().len()));
     }
     let sequence = Sequence::open(path)?;
+    let beside = path.parent().unwrap_or(Path::new("")).to_path_buf();
     let renderer = match kept {
-        Some(renderer) => renderer,
-        None => kept.insert(Renderer::open(device.into()).map_err(|error| anyhow!(error))?),
+        Some((folder, renderer)) if *folder == beside => renderer,
+        _ => {
+            let renderer =
+                Renderer::open(device.into(), &beside).map_err(|error| anyhow!(error))?;
+            &mut kept.insert((beside, renderer)).1
+        }
     };
     let place = RandomState::new().hash_one(path) as usize;
     let (index, agreement) = verify(&sequence, place, renderer)?;

@@ -10,6 +10,7 @@ use distribution_ray_tracing::reference;
 use shutterlab_stimuli::generate::RenderError;
 use shutterlab_stimuli::stimulus::{Method, View};
 use shutterlab_stimuli::{Device, Stimulus};
+use std::path::Path;
 
 /// A rendering method on an open device.
 pub trait Pipeline {
@@ -86,13 +87,14 @@ impl OpenDevice {
         }
     }
 
-    /// The pipeline of `method` on this device.
-    pub fn pipeline(&self, method: Method) -> Box<dyn Pipeline> {
+    /// The pipeline of `method` on this device; files that stimuli need are taken from `assets`, the
+    /// folder of the sequences.
+    pub fn pipeline(&self, method: Method, assets: &Path) -> Box<dyn Pipeline> {
         match (method, self) {
-            (Method::DistributionRayTracing, Self::Cpu) => Box::new(reference::OnCpu::default()),
+            (Method::DistributionRayTracing, Self::Cpu) => Box::new(reference::OnCpu::new(assets)),
             #[cfg(feature = "gpu")]
             (Method::DistributionRayTracing, Self::Gpu(gpu)) => {
-                Box::new(distribution_ray_tracing::compute::OnGpu::new(gpu.clone()))
+                Box::new(distribution_ray_tracing::compute::OnGpu::new(gpu.clone(), assets))
             }
         }
     }

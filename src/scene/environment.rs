@@ -13,12 +13,15 @@
 //! a third of a step of an 8-bit sRGB frame; two words would cost a fifth of the speed where the map
 //! outgrows the caches.
 
+use super::import::ImportError;
+use super::import::image::{Picture, light_map};
 use crate::sampling::median_cut::{Rectangle, median_cut};
 use crate::sampling::random::unit;
 use crate::sampling::warp::{atan2_turns, sin_cos_turns};
 use glam::{DVec3, Vec3};
-use shutterlab_stimuli::scene;
+use shutterlab_stimuli::{assets, scene};
 use std::f64::consts::{PI, TAU};
+use std::path::Path;
 
 /// The map is drawn from in 2 to the power of this many rectangles of equal flux.
 const PART_BITS: u32 = 12;
@@ -64,10 +67,13 @@ pub struct LightSample {
 }
 
 impl Environment {
-    /// The map of `description`.
-    pub fn new(description: &scene::Environment) -> Self {
+    /// The map of `description`; one in a file is taken from `assets`, the folder of the sequences.
+    ///
+    /// # Errors
+    /// The file is missing, or is no light map.
+    pub fn load(description: &scene::Environment, assets: &Path) -> Result<Self, ImportError> {
         let [width, height] = BUILT_IN_SIZE;
-        match description {
+        Ok(match description {
             scene::Environment::BuiltIn(scene::BuiltIn::ClearSky) => {
                 Self::from_radiance(width, height, clear_sky)
             }
@@ -78,7 +84,12 @@ impl Environment {
                 let radiance = DVec3::from(*radiance);
                 Self::from_radiance(4, 2, |_| radiance)
             }
-        }
+            scene::Environment::Map(map) => {
+                let file = assets::path(assets, Path::new(&map.file), &map.sha256);
+                let Picture { width, height, texels } = light_map(&file)?;
+                Self::from_texels(width as usize, height as usize, &texels)
+            }
+        })
     }
 
     /// The map of the radiance that `radiance` gives for each texel's direction.
@@ -86,6 +97,11 @@ impl Environment {
         let direction = |k: usize| texel_direction(k % width, k / width, width, height);
         let colors: Vec<Vec3> =
             (0..width * height).map(|k| radiance(direction(k)).as_vec3()).collect();
+        Self::from_texels(width, height, &colors)
+    }
+
+    /// The map of `colors`, row by row from the zenith.
+    fn from_texels(width: usize, height: usize, colors: &[Vec3]) -> Self {
         let brightest = colors.iter().fold(0.0, |max: f32, color| max.max(color.max_element()));
         let base = scale_exponent(brightest).saturating_sub(31).max(1);
         let texels: Vec<u32> = colors.iter().map(|&color| pack(color, base)).collect();
@@ -203,7 +219,8 @@ mod tests {
     use crate::sampling::random::StreamKey;
 
     fn clear_sky_map() -> Environment {
-        Environment::new(&scene::Environment::BuiltIn(scene::BuiltIn::ClearSky))
+        let sky = scene::Environment::BuiltIn(scene::BuiltIn::ClearSky);
+        Environment::load(&sky, Path::new("")).unwrap()
     }
 
     fn draws(map: &Environment, count: u32) -> impl Iterator<Item = LightSample> + '_ {

@@ -1,5 +1,6 @@
 //! A grid of stimuli: axes × levels, one TOML file. Selection of cells, and their resolution.
 
+use crate::assets::Asset;
 use crate::scene::{Material, Scene};
 use crate::stereo::{Layout, Stereo};
 use crate::stimulus::{ImageFormat, Method, Sampler, ShutterProfile, Stimulus, Trajectory};
@@ -7,6 +8,7 @@ use crate::viewing::Viewing;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use shutterlab_data_schema::definition::{self, DefinitionError, nearest};
+use std::path::{Path, PathBuf};
 
 /// A grid of stimuli.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,7 +20,7 @@ pub struct Grid {
     pub name: String,
     /// One line that says what the grid is for.
     pub title: String,
-    /// Name of a shipped scene.
+    /// Name of a shipped scene, or the path of a scene's file, from the folder of the grid's.
     pub scene: String,
     /// How the stimuli are rendered.
     pub method: Method,
@@ -46,6 +48,9 @@ pub struct Grid {
     pub materials: IndexMap<String, Material>,
     /// The axes.
     pub axes: Axes,
+    /// Where the grid's file lies.
+    #[serde(skip)]
+    folder: PathBuf,
 }
 
 /// Whether the levels of the axis `samples` share their noise.
@@ -95,7 +100,17 @@ impl Grid {
     /// # Errors
     /// There is neither; or as [`Grid::parse`].
     pub fn load(grid: &str) -> Result<Self, DefinitionError> {
-        Self::parse(&definition::find(grid, SHIPPED, ["render", "GRID"], "grids")?, grid)
+        let text = definition::find(grid, SHIPPED, ["render", "GRID"], "grids")?;
+        let folder = Path::new(grid).parent().unwrap_or(Path::new("")).into();
+        Ok(Self { folder, ..Self::parse(&text, grid)? })
+    }
+
+    /// The files that its scene needs.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn assets(&self) -> Result<Vec<Asset>, DefinitionError> {
+        Ok(Scene::load(&self.scene, &self.folder)?.1)
     }
 
     /// Parses and checks a grid; `file` is what an error calls it.
@@ -274,9 +289,9 @@ impl Grid {
     /// The stimuli of all cells that `selection` takes, in the order of the axes.
     ///
     /// # Errors
-    /// The scene is unknown.
+    /// As [`Scene::load`].
     pub fn stimuli(&self, selection: &Selection) -> Result<Vec<Stimulus>, DefinitionError> {
-        let scene = Scene::shipped(&self.scene)?;
+        let (scene, _) = Scene::load(&self.scene, &self.folder)?;
         let pixels_per_degree = self.viewing.pixels_per_degree(self.image.width_px);
         let metres_per_degree =
             pixels_per_degree / scene.camera.pixels_per_metre(self.image.width_px);

@@ -6,6 +6,7 @@
 //!
 //! This crate knows no renderer: the renderer core implements [`Render`].
 
+pub mod assets;
 pub mod frames;
 pub mod generate;
 pub mod grid;

@@ -1,7 +1,9 @@
 //! Scene descriptions: camera, sphere, floor, environment and materials, as data.
 
+use crate::assets::Asset;
 use serde::{Deserialize, Serialize};
 use shutterlab_data_schema::definition::{self, DefinitionError};
+use std::path::Path;
 
 /// A sphere that rolls over a floor under an environment, seen by a pinhole camera.
 /// Metres, right-handed, y up.
@@ -62,6 +64,20 @@ pub enum Environment {
     BuiltIn(BuiltIn),
     /// The same radiance (linear Rec. 709) from everywhere: a white furnace.
     Uniform([f64; 3]),
+    /// A latitude–longitude map of radiance, .hdr or .exr: its middle lies in direction +x, the next
+    /// quarter to its right in +z, the upper border at the zenith.
+    Map(LightMap),
+}
+
+/// A light map in a file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LightMap {
+    /// Its path, from the folder of the scene's file; in a manifest its name.
+    pub file: String,
+    /// SHA-256 of the file, which a manifest tells and a scene need not.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub sha256: String,
 }
 
 /// Environments that the renderer makes itself.
@@ -115,23 +131,79 @@ const SHIPPED: &[(&str, &str)] =
     &[("rolling-sphere", include_str!("../scenes/rolling-sphere.toml"))];
 
 impl Scene {
-    /// Parses and checks the shipped scene called `name`.
+    /// Parses and checks the shipped scene called `name`, or the scene in the file of that name, which
+    /// is taken from `folder`; returns the files that it needs, too.
     ///
     /// # Errors
-    /// There is no such scene; the known ones are listed.
-    pub fn shipped(name: &str) -> Result<Self, DefinitionError> {
-        let Some((_, text)) = SHIPPED.iter().find(|(known, _)| *known == name) else {
-            let known: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
-            return Err(DefinitionError::value(
-                "grid",
-                "scene",
-                name,
-                format!("shipped scenes are {}", known.join(", ")),
-            ));
+    /// There is neither, a value cannot be used, or a file that it names cannot be read.
+    pub fn load(name: &str, folder: &Path) -> Result<(Self, Vec<Asset>), DefinitionError> {
+        let file = folder.join(name);
+        let is_shipped = SHIPPED.iter().any(|(shipped, _)| *shipped == name);
+        let place = if is_shipped { name.into() } else { file.display().to_string() };
+        let text = definition::find(&place, SHIPPED, ["grid", "scene"], "scenes")?;
+        let mut scene: Self = definition::parse(&text, &place)?;
+        scene.check(&place)?;
+        let mut assets = vec![];
+        if let Environment::Map(map) = &mut scene.environment {
+            let source = file.parent().unwrap_or(folder).join(&map.file);
+            let asset = Asset::open(&source).map_err(|error| {
+                DefinitionError::value(&place, "environment.map.file", &map.file, error.to_string())
+            })?;
+            map.file = source.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            map.sha256.clone_from(&asset.sha256);
+            assets.push(asset);
+        }
+        Ok((scene, assets))
+    }
+
+    /// Refuses values that make no picture; `file` is what an error calls the scene.
+    fn check(&self, file: &str) -> Result<(), DefinitionError> {
+        definition::check_schema(self.schema, file)?;
+        let refuse = |field: &str, value: String, allowed: &str| {
+            Err(DefinitionError::value(file, field, value, allowed))
         };
-        let scene: Self = definition::parse(text, name)?;
-        definition::check_schema(scene.schema, name)?;
-        Ok(scene)
+        let Camera { position_m: [_, y, z], look_at_m, .. } = self.camera;
+        let numbers = [
+            ("camera.focal_length_mm", self.camera.focal_length_mm, 1e-3, 1e6),
+            ("camera.sensor_width_mm", self.camera.sensor_width_mm, 1e-3, 1e6),
+            ("sphere.radius_m", self.sphere.radius_m, 1e-6, 1e6),
+            ("floor.albedo", self.floor.albedo, 0.0, 1.0),
+            ("floor.side_m", self.floor.side_m, 0.0, 1e9),
+        ];
+        for (field, value, low, high) in numbers {
+            if !(low..=high).contains(&value) {
+                return refuse(field, value.to_string(), &format!("{low} to {high} is allowed"));
+            }
+        }
+        let points =
+            [("camera.position_m", self.camera.position_m), ("camera.look_at_m", look_at_m)];
+        for (field, point) in points {
+            if !point.iter().all(|coordinate| coordinate.abs() <= 1e6) {
+                return refuse(
+                    field,
+                    format!("{point:?}"),
+                    "coordinates up to 1000000 are allowed",
+                );
+            }
+        }
+        let position = format!("{:?}", self.camera.position_m);
+        if self.camera.position_m == look_at_m {
+            let allowed = "another point than camera.look_at_m is needed";
+            return refuse("camera.position_m", position, allowed);
+        }
+        if y <= 0.0 {
+            return refuse("camera.position_m", position, "a place above the floor is needed");
+        }
+        if (y - self.sphere.radius_m).hypot(z) <= self.sphere.radius_m {
+            return refuse("camera.position_m", position, "the sphere passes through this place");
+        }
+        if let Environment::Uniform(radiance) = self.environment
+            && !radiance.iter().all(|channel| (0.0..=1e6).contains(channel))
+        {
+            let allowed = "radiances from 0 to 1000000 are allowed";
+            return refuse("environment.uniform", format!("{radiance:?}"), allowed);
+        }
+        Ok(())
     }
 }
 

@@ -253,7 +253,8 @@ mod tests {
     use crate::{Grid, Selection};
 
     fn stimulus(speed: &str, trajectory: Trajectory) -> Stimulus {
-        let grid = Grid { trajectory, ..Grid::load("rolling-sphere-mono").unwrap() };
+        let mut grid = Grid::load("rolling-sphere-mono").unwrap();
+        grid.trajectory = trajectory;
         let select = format!("material=checker,speed={speed},shutter=T5,samples=A1");
         grid.stimuli(&Selection::parse(&[select], &grid).unwrap()).unwrap().remove(0)
     }

@@ -15,6 +15,7 @@ use shutterlab_stimuli::generate::RenderError;
 use shutterlab_stimuli::stimulus::View;
 use shutterlab_stimuli::{Stimulus, scene};
 use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use wgpu::BufferUsages;
 
@@ -44,14 +45,15 @@ const SAMPLES_PER_DISPATCH: u32 = 64;
 #[derive(Debug)]
 pub struct OnGpu {
     gpu: Rc<Gpu>,
+    assets: PathBuf,
     tracer: Tracer,
     environment: Option<(scene::Environment, EnvironmentBuffers)>,
 }
 
 impl OnGpu {
-    /// The pipeline on `gpu`.
-    pub fn new(gpu: Rc<Gpu>) -> Self {
-        Self { tracer: Tracer::default(), gpu, environment: None }
+    /// The pipeline on `gpu` with the files in `assets`.
+    pub fn new(gpu: Rc<Gpu>, assets: &Path) -> Self {
+        Self { tracer: Tracer::default(), gpu, assets: assets.into(), environment: None }
     }
 }
 
@@ -67,7 +69,8 @@ impl Pipeline for OnGpu {
         let kept = match self.environment.take() {
             Some(kept) if kept.0 == *description => kept,
             _ => {
-                let buffers = EnvironmentBuffers::new(&self.gpu, &Environment::new(description))?;
+                let environment = Environment::load(description, &self.assets)?;
+                let buffers = EnvironmentBuffers::new(&self.gpu, &environment)?;
                 (description.clone(), buffers)
             }
         };

@@ -14,11 +14,20 @@ use shutterlab_stimuli::generate::RenderError;
 use shutterlab_stimuli::stimulus::View;
 use shutterlab_stimuli::{Stimulus, scene};
 use std::f32::consts::FRAC_1_PI;
+use std::path::{Path, PathBuf};
 
 /// The pipeline on the processor.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct OnCpu {
+    assets: PathBuf,
     environment: Option<(scene::Environment, Environment)>,
+}
+
+impl OnCpu {
+    /// The pipeline with the files in `assets`.
+    pub fn new(assets: &Path) -> Self {
+        Self { assets: assets.into(), environment: None }
+    }
 }
 
 impl Pipeline for OnCpu {
@@ -30,10 +39,11 @@ impl Pipeline for OnCpu {
         samples: &[u32],
     ) -> Result<Vec<Film>, RenderError> {
         let description = &stimulus.scene.environment;
-        let kept = self.environment.take().filter(|(kept, _)| kept == description);
-        let (_, environment) = self
-            .environment
-            .insert(kept.unwrap_or_else(|| (description.clone(), Environment::new(description))));
+        let kept = match self.environment.take() {
+            Some(kept) if kept.0 == *description => kept,
+            _ => (description.clone(), Environment::load(description, &self.assets)?),
+        };
+        let (_, environment) = self.environment.insert(kept);
         Ok(trace(&FrameParams::new(stimulus, view, frame), environment, samples))
     }
 }

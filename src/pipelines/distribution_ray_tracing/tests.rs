@@ -29,8 +29,12 @@ fn checker() -> Stimulus {
 }
 
 fn on_cpu(stimulus: &Stimulus, frame: u32) -> Film {
-    let environment = Environment::new(&stimulus.scene.environment);
+    let environment = environment(stimulus);
     film(reference::trace(&params(stimulus, frame), &environment, &[stimulus.samples]))
+}
+
+fn environment(stimulus: &Stimulus) -> Environment {
+    Environment::load(&stimulus.scene.environment, std::path::Path::new("")).unwrap()
 }
 
 /// Frame number `frame` as the (left) eye sees it.
@@ -71,7 +75,7 @@ fn devices() -> Vec<NamedDevice> {
 
 /// Renders on every device.
 fn on_all(stimulus: &Stimulus, frame: u32) -> Vec<(&'static str, Film)> {
-    let environment = Environment::new(&stimulus.scene.environment);
+    let environment = environment(stimulus);
     let (params, samples) = (params(stimulus, frame), [stimulus.samples]);
     let trace =
         |(name, mut trace): NamedDevice| (name, film(trace(&params, &environment, &samples)));
@@ -129,7 +133,7 @@ fn the_twins_agree() {
     ];
     let mut devices = devices();
     for stimulus in cases {
-        let environment = Environment::new(&stimulus.scene.environment);
+        let environment = environment(&stimulus);
         for view in stimulus.views() {
             let params = FrameParams::new(&stimulus, &view, 63);
             let mut images = devices
@@ -314,7 +318,7 @@ fn the_centre_does_not_move_with_the_shutter() {
 #[test]
 fn a_prefix_of_samples_equals_a_run_with_that_many() {
     let stimulus = checker();
-    let environment = Environment::new(&stimulus.scene.environment);
+    let environment = environment(&stimulus);
     let params = params(&stimulus, 60);
     for (device, mut trace) in devices() {
         let mut sums = vec![glam::Vec4::ZERO; (WIDTH * HEIGHT) as usize];
@@ -332,7 +336,7 @@ fn a_prefix_of_samples_equals_a_run_with_that_many() {
 #[test]
 fn dispatches_join_without_a_seam() {
     let stimulus = checker();
-    let environment = Environment::new(&stimulus.scene.environment);
+    let environment = environment(&stimulus);
     let params = params(&stimulus, 60);
     for (device, mut trace) in devices() {
         let whole = film(trace(&params, &environment, &[130]));
