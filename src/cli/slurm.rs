@@ -1,5 +1,6 @@
 //! `shutterlab render --slurm`: a job array that renders a grid on a cluster, one part of the work per
 //! task. A task that failed or was killed is submitted again by its number, and goes on where it stopped.
+//! `script/slurm` tries it under a real Slurm.
 
 use super::render::Args;
 use super::say;
