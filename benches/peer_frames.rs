@@ -10,13 +10,15 @@
 //! sphere, which the measure of error needs. One frame is rendered beforehand and not counted.
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
+mod pfm;
+
 use cpu_time::ProcessTime;
 use shutterlab::pipelines::{DeviceChoice, OpenDevice};
 use shutterlab_stimuli::scene::Material;
-use shutterlab_stimuli::stimulus::Edge;
-use shutterlab_stimuli::{Grid, LinearImage, Selection, Stimulus};
+use shutterlab_stimuli::stimulus::Trajectory;
+use shutterlab_stimuli::{Grid, Selection, Stimulus};
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Instant;
 
@@ -48,20 +50,22 @@ fn main() -> Result<(), Failure> {
     let mut times =
         std::fs::File::options().create(true).append(true).open(folder.join("times.csv"))?;
     let view = format!("{material}-{speed}-{shutter}-{frame}");
-    let mut pipeline = open.pipeline(stimulus.method);
+    let mut pipeline = open.pipeline(stimulus.method, &folder);
 
     // It is out of sight at the first frame of a sequence in which it passes once.
-    let away = Stimulus { edge: Edge::Once, samples: EMPTY_SAMPLES, ..stimulus.clone() };
-    let empty = pipeline.film(&away, 0)?.image();
-    write_pfm(&empty, &folder.join(format!("empty_{view}.pfm")))?;
+    let away =
+        Stimulus { trajectory: Trajectory::Once, samples: EMPTY_SAMPLES, ..stimulus.clone() };
+    let view_of = &stimulus.views()[0];
+    let empty = pipeline.films(&away, view_of, 0, &[EMPTY_SAMPLES])?.remove(0).image();
+    pfm::write(&empty, &folder.join(format!("empty_{view}.pfm")))?;
     for samples in samples {
         for &seed in &seeds {
             let wanted = Stimulus { samples, seed, ..stimulus.clone() };
             let (started, cpu) = (Instant::now(), ProcessTime::now());
-            let image = pipeline.film(&wanted, frame)?.image();
+            let image = pipeline.films(&wanted, view_of, frame, &[samples])?.remove(0).image();
             let (wall, core) = (started.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
             let name = format!("ours-{device}_{view}_{samples}_{seed}.pfm");
-            write_pfm(&image, &folder.join(name))?;
+            pfm::write(&image, &folder.join(name))?;
             let line = format!("ours-{device},{view},{samples},{seed},{wall:.4},{core:.4}");
             println!("{line}");
             writeln!(times, "{line}")?;
@@ -91,16 +95,4 @@ fn stimulus(material: &str, speed: &str, shutter: &str) -> Result<Stimulus, Fail
 
 fn numbers<T: FromStr>(text: &str) -> Result<Vec<T>, T::Err> {
     text.split(',').map(str::parse).collect()
-}
-
-/// A Portable Float Map: little-endian 32-bit RGB, rows from the bottom.
-fn write_pfm(image: &LinearImage, path: &Path) -> std::io::Result<()> {
-    let mut file = std::io::BufWriter::new(std::fs::File::create(path)?);
-    write!(file, "PF\n{} {}\n-1.0\n", image.width, image.height)?;
-    for row in image.pixels.chunks(image.width as usize).rev() {
-        for value in row.iter().flatten() {
-            file.write_all(&value.to_le_bytes())?;
-        }
-    }
-    file.flush()
 }

@@ -9,11 +9,13 @@
 //! processor time, so a graphics card's work is not in it, and its figure is the wall time alone.
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
+mod pfm;
+
 use cpu_time::ProcessTime;
 use shutterlab::film::{Film, measure};
 use shutterlab::pipelines::{DeviceChoice, OpenDevice, Pipeline};
 use shutterlab_stimuli::stimulus::{Sampler, Trajectory};
-use shutterlab_stimuli::{Grid, LinearImage, Selection, Stimulus};
+use shutterlab_stimuli::{Grid, Selection, Stimulus};
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
@@ -48,7 +50,7 @@ fn main() -> Result<(), Failure> {
     let epsilon = measure::epsilon(&truth, &empty);
 
     std::fs::create_dir_all(folder)?;
-    write_pfm(&truth, &folder.join("render-truth.pfm"))?;
+    pfm::write(&truth, &folder.join("render-truth.pfm"))?;
     let mut csv = std::fs::File::create(folder.join("render.csv"))?;
     let columns = "device,adapter,samples,wall_s,core_s,paths_per_s,paths_per_core_s,relative_mse";
     writeln!(csv, "{columns}")?;
@@ -126,16 +128,4 @@ fn film(pipeline: &mut dyn Pipeline, stimulus: &Stimulus, frame: u32) -> Result<
 fn median(mut seconds: Vec<f64>) -> f64 {
     seconds.sort_by(f64::total_cmp);
     seconds[seconds.len() / 2]
-}
-
-/// A Portable Float Map: little-endian 32-bit RGB, rows from the bottom.
-fn write_pfm(image: &LinearImage, path: &Path) -> std::io::Result<()> {
-    let mut file = std::io::BufWriter::new(std::fs::File::create(path)?);
-    write!(file, "PF\n{} {}\n-1.0\n", image.width, image.height)?;
-    for row in image.pixels.chunks(image.width as usize).rev() {
-        for value in row.iter().flatten() {
-            file.write_all(&value.to_le_bytes())?;
-        }
-    }
-    file.flush()
 }

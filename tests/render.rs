@@ -169,11 +169,54 @@ fn shards_make_up_the_whole() {
     let text = std::fs::read_to_string(script.trim()).unwrap();
     assert!(text.contains("#SBATCH --array=1-3\n"), "{text}");
     for task in ["1", "2", "3"] {
-        let mut job = std::process::Command::new("sh");
-        let status = job.arg(script.trim()).env("SLURM_ARRAY_TASK_ID", task).output().unwrap();
-        assert!(status.status.success(), "{}", String::from_utf8_lossy(&status.stderr));
+        run_task(script.trim(), task);
     }
     assert!(pixels_and_manifests(&folder.path().join("array")) == whole);
+}
+
+/// Runs one task of a job array, without Slurm.
+fn run_task(script: &str, task: &str) {
+    let mut job = std::process::Command::new("sh");
+    let output = job.arg(script).env("SLURM_ARRAY_TASK_ID", task).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// What Slurm reads of a job array bears any name of a folder or grid, and a shipped grid stays the
+/// shipped one where a file or folder has its name.
+#[test]
+#[cfg(unix)]
+fn a_job_array_bears_awkward_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let head = |script: &str, key: &str| {
+        let text = std::fs::read_to_string(script.trim()).unwrap();
+        let line = text.lines().find_map(|line| line.strip_prefix(&format!("#SBATCH --{key}=")));
+        line.unwrap().to_string()
+    };
+    let one = ["--frames", "0..1", "--slurm"];
+
+    let script = succeed(folder.path(), &render("demo", &one));
+    run_task(script.trim(), "1");
+    assert!(folder.path().join("demo/M2-S2-T3-A3/sequence.json").exists());
+
+    let grid = include_str!("../stimuli/grids/demo.toml");
+    let name = r#"name = "my \"grid\" #1\nexit 1""#;
+    std::fs::write(folder.path().join("it's.toml"), grid.replace("name = \"demo\"", name)).unwrap();
+    let mut words = render("100 %a 'x' \"y\" #z", &one);
+    words[1] = "it's.toml";
+    let script = succeed(folder.path(), &words);
+    assert_eq!(head(&script, "job-name"), r#""my \"grid\" #1 exit 1""#);
+    // What sbatch 22.05 takes for this folder and the task's log in it.
+    let log = head(&script, "output");
+    assert!(log.starts_with("\"/"), "{log}");
+    assert!(log.ends_with(r#"/100 %%a 'x' \"y\" #z/slurm-%A-%a.log""#), "{log}");
+    run_task(script.trim(), "2");
+    assert!(folder.path().join("100 %a 'x' \"y\" #z/M2-S2-T4-A3/sequence.json").exists());
+
+    let error = fail(folder.path(), 1, &render("a\\b", &one));
+    assert!(error.contains("Slurm allows no backslash in a log file's path"), "{error}");
+    let error = fail(folder.path(), 1, &render("a\nb", &one));
+    assert!(error.contains("a path of printable UTF-8 is needed"), "{error}");
+    assert!(!folder.path().join("a\nb").exists());
 }
 
 /// Two eyes in one place see what one eye sees, the right one with noise of its own if it may; two

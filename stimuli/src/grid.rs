@@ -113,6 +113,11 @@ impl Grid {
         Ok(Scene::load(&self.scene, &self.folder)?.1)
     }
 
+    /// Whether [`Grid::load`] takes `grid` for a shipped one, even where a file has that name.
+    pub fn is_shipped(grid: &str) -> bool {
+        SHIPPED.iter().any(|(name, _)| *name == grid)
+    }
+
     /// Parses and checks a grid; `file` is what an error calls it.
     ///
     /// # Errors

@@ -54,6 +54,7 @@ type NamedDevice = (&'static str, Box<dyn FnMut(&FrameParams, &Environment, &[u3
 /// The devices of this build: the processor, and a graphics adapter where there is one. With
 /// `SHUTTERLAB_REQUIRE_GPU` set, not finding one is a failure.
 fn devices() -> Vec<NamedDevice> {
+    #[cfg_attr(not(feature = "gpu"), expect(unused_mut, reason = "only an adapter is added"))]
     let mut devices: Vec<NamedDevice> = vec![("cpu", Box::new(reference::trace))];
     #[cfg(feature = "gpu")]
     match crate::gpu::device::Gpu::open() {
