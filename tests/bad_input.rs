@@ -50,6 +50,7 @@ fn grids_with_a_wrong_value() {
         ("width_px", "widht_px", "did you mean `width_px`?"),
         ("[axes.samples]", "[axes.sample]", "did you mean `samples`?"),
         ("A3 = 256", "A3 = 0", "axes.samples.A3: 0"),
+        ("A3 = 256", "A3 = 1000000000", "axes.samples.A3: 1000000000: 1 to 1048576"),
         ("light = 0.8", "light = 1.5", "materials.checker.light: 1.5: a reflectance is 0 to 1"),
         ("A3 = 256", "A3 = -4", "line 44: invalid value: integer `-4`"),
         ("T5 = 1.0", "T5 = 1.5", "axes.shutter_open_fraction.T5: 1.5: 0 to 1"),

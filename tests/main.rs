@@ -17,6 +17,9 @@ mod render;
 mod rooms;
 /// Scenes in files, and their light maps.
 mod scenes;
+/// `screen`: pairs of sequences by predictors of vision.
+#[cfg(feature = "screen")]
+mod screen;
 /// Sessions that are killed and go on.
 mod sessions;
 /// Shader structs against their twins in Rust.

@@ -143,6 +143,7 @@ fn features_are_switched_at_the_doors() {
         "src/pipelines/",
         "src/cli/",
         "experiments/src/lib.rs",
+        "stimuli/src/lib.rs",
         "experiments/src/run.rs",
     ];
     for folder in ["src", "stimuli/src", "experiments/src", "analysis/src", "data-schema/src"] {

@@ -10,10 +10,16 @@ fn whole_sequences_grids_and_protocols_pass() {
     let protocol = include_str!("../experiments/protocols/demo.toml");
     std::fs::write(folder.path().join("grid.toml"), grid).unwrap();
     std::fs::write(folder.path().join("protocol.toml"), protocol).unwrap();
-    let words = ["validate", "s", "grid.toml", "protocol.toml", "--device", "cpu"];
+    std::fs::write(
+        folder.path().join("two.obj"),
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 4 3\n",
+    )
+    .unwrap();
+    let words = ["validate", "s", "grid.toml", "protocol.toml", "two.obj", "--device", "cpu"];
     let said = succeed(folder.path(), &words);
     let lines: Vec<&str> = said.lines().collect();
-    assert_eq!(lines.len(), 11, "{said}");
+    assert_eq!(lines.len(), 12, "{said}");
+    assert!(lines[11].ends_with("model, 2 triangles, 4 vertices"), "{said}");
     assert!(
         lines[..9].iter().all(|line| line.ends_with("rendered anew is the same bytes")),
         "{said}"
@@ -47,6 +53,9 @@ fn faults_are_found_one_by_one() {
     assert!(error.contains("it is not the same bytes"), "{error}");
     let error = fail(folder.path(), 1, &["validate", "s/M2-S2-T5-A4/frame-0000.png"]);
     assert!(error.contains("frame-0000.png: cannot be read"), "{error}");
+    std::fs::write(folder.path().join("no.obj"), "v 0 0 0\nf 1 2 3\n").unwrap();
+    let error = fail(folder.path(), 1, &["validate", "no.obj"]);
+    assert!(error.contains("no.obj: "), "{error}");
     std::fs::create_dir(folder.path().join("empty")).unwrap();
     let error = fail(folder.path(), 1, &["validate", "empty"]);
     assert!(error.contains("empty: holds no sequence"), "{error}");

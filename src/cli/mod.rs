@@ -10,6 +10,8 @@ mod devices;
 mod progress;
 mod render;
 mod run;
+#[cfg(feature = "screen")]
+mod screen;
 mod slurm;
 mod validate;
 
@@ -32,6 +34,8 @@ enum Verb {
     Run(run::Args),
     Analyze(analyze::Args),
     Validate(validate::Args),
+    #[cfg(feature = "screen")]
+    Screen(screen::Args),
     Devices(devices::Args),
 }
 
@@ -67,6 +71,8 @@ pub fn main() -> ExitCode {
         Verb::Run(args) => run::run(&args),
         Verb::Analyze(args) => analyze::run(&args),
         Verb::Validate(args) => validate::run(&args),
+        #[cfg(feature = "screen")]
+        Verb::Screen(args) => screen::run(&args),
         Verb::Devices(args) => devices::run(&args),
     };
     match done {

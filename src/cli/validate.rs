@@ -3,6 +3,7 @@
 use super::render::Device;
 use super::say;
 use crate::render::Renderer;
+use crate::scene::import;
 use anyhow::{Context, anyhow};
 use shutterlab_data_schema::Protocol;
 use shutterlab_stimuli::manifest::FILE_NAME;
@@ -11,10 +12,12 @@ use shutterlab_stimuli::{Grid, Sequence};
 use std::hash::{BuildHasher, RandomState};
 use std::path::{Path, PathBuf};
 
-/// Check sequences (every frame's hash, and a random frame rendered anew), studies, grids and protocols.
+/// Check sequences (every frame's hash, and a random frame rendered anew), studies, grids, protocols,
+/// light maps and models.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Sequence folders, folders of such, study folders, grid or protocol files
+    /// Sequence folders, folders of such, study folders; files: grids and protocols (.toml), light maps
+    /// (.hdr, .exr), models (.ply, .obj, .gltf, .glb)
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     /// What renders anew
@@ -71,7 +74,19 @@ fn check(
     kept: &mut Option<(PathBuf, Renderer)>,
 ) -> anyhow::Result<String> {
     if path.is_file() {
-        return check_definition(path);
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        return match ending.as_str() {
+            "hdr" | "exr" => {
+                let map = import::image::light_map(path)?;
+                Ok(format!("light map, {}×{} texels", map.width, map.height))
+            }
+            "ply" | "obj" | "gltf" | "glb" => {
+                let mesh = import::model(path)?.mesh;
+                let (faces, vertices) = (mesh.triangles.len(), mesh.positions.len());
+                Ok(format!("model, {faces} triangles, {vertices} vertices"))
+            }
+            _ => check_definition(path),
+        };
     }
     if path.join("datapackage.json").exists() {
         let answers = shutterlab_analysis::responses::read(path)?;

@@ -297,58 +297,62 @@ impl Grid {
     /// As [`Scene::load`].
     pub fn stimuli(&self, selection: &Selection) -> Result<Vec<Stimulus>, DefinitionError> {
         let (scene, _) = Scene::load(&self.scene, &self.folder)?;
-        let pixels_per_degree = self.viewing.pixels_per_degree(self.image.width_px);
-        let metres_per_degree =
-            pixels_per_degree / scene.camera.pixels_per_metre(self.image.width_px);
-        let mut stimuli = Vec::new();
-        for (material, material_name) in &self.axes.material {
-            for (speed, &speed_deg_per_s) in &self.axes.speed_deg_per_s {
-                for (shutter, &shutter_open_fraction) in &self.axes.shutter_open_fraction {
-                    for (samples_level, &samples) in &self.axes.samples {
-                        let names = [material, speed, shutter, samples_level];
-                        if !selection.takes(names.map(String::as_str)) {
-                            continue;
-                        }
-                        let id = names.map(String::as_str).join("-");
-                        let noise_stream = match self.sampling {
-                            Sampling::Nested => {
-                                names[..3].iter().map(|n| n.as_str()).collect::<Vec<_>>().join("-")
-                            }
-                            Sampling::Independent => id.clone(),
-                        };
-                        for exemplar in 0..self.exemplars {
-                            stimuli.push(Stimulus {
-                                id: id.clone(),
-                                levels: AXES
-                                    .iter()
-                                    .map(|axis| axis.to_string())
-                                    .zip(names.map(String::clone))
-                                    .collect(),
-                                method: self.method,
-                                material: self.materials[material_name].clone(),
-                                speed_deg_per_s,
-                                speed_px_per_s: speed_deg_per_s * pixels_per_degree,
-                                speed_m_per_s: speed_deg_per_s * metres_per_degree,
-                                shutter_open_fraction,
-                                shutter_profile: self.shutter_profile,
-                                samples,
-                                sampler: self.sampler,
-                                seed: self.seed,
-                                noise_stream: noise_stream.clone(),
-                                exemplar,
-                                image: self.image.clone(),
-                                viewing: self.viewing.clone(),
-                                pixels_per_degree,
-                                trajectory: self.trajectory,
-                                stereo: self.stereo.clone(),
-                                scene: scene.clone(),
-                            });
-                        }
-                    }
+        let cells = self.cells().into_iter().filter(|&cell| selection.takes(cell));
+        let exemplars = |cell| (0..self.exemplars).map(move |exemplar| (cell, exemplar));
+        Ok(cells
+            .flat_map(exemplars)
+            .map(|(cell, exemplar)| self.stimulus(cell, exemplar, &scene))
+            .collect())
+    }
+
+    /// The level names of each cell, axis by axis; the last axis varies fastest.
+    fn cells(&self) -> Vec<[&str; 4]> {
+        let [material, speed, shutter, samples] =
+            self.levels().map(|(_, levels)| levels.into_iter().map(|(name, _)| name));
+        let mut cells = vec![];
+        for material in material {
+            for speed in speed.clone() {
+                for shutter in shutter.clone() {
+                    cells.extend(samples.clone().map(|level| [material, speed, shutter, level]));
                 }
             }
         }
-        Ok(stimuli)
+        cells
+    }
+
+    /// The stimulus of the cell with these levels.
+    fn stimulus(&self, cell: [&str; 4], exemplar: u32, scene: &Scene) -> Stimulus {
+        let Axes { material, speed_deg_per_s, shutter_open_fraction, samples } = &self.axes;
+        let speed_deg_per_s = speed_deg_per_s[cell[1]];
+        let width_px = self.image.width_px;
+        let pixels_per_degree = self.viewing.pixels_per_degree(width_px);
+        let speed_px_per_s = speed_deg_per_s * pixels_per_degree;
+        let named = match self.sampling {
+            Sampling::Nested => &cell[..3],
+            Sampling::Independent => &cell,
+        };
+        Stimulus {
+            id: cell.join("-"),
+            levels: AXES.map(String::from).into_iter().zip(cell.map(String::from)).collect(),
+            method: self.method,
+            material: self.materials[&material[cell[0]]].clone(),
+            speed_deg_per_s,
+            speed_px_per_s,
+            speed_m_per_s: speed_px_per_s / scene.camera.pixels_per_metre(width_px),
+            shutter_open_fraction: shutter_open_fraction[cell[2]],
+            shutter_profile: self.shutter_profile,
+            samples: samples[cell[3]],
+            sampler: self.sampler,
+            seed: self.seed,
+            noise_stream: named.join("-"),
+            exemplar,
+            image: self.image.clone(),
+            viewing: self.viewing.clone(),
+            pixels_per_degree,
+            trajectory: self.trajectory,
+            stereo: self.stereo.clone(),
+            scene: scene.clone(),
+        }
     }
 }
 

@@ -13,6 +13,8 @@ pub mod grid;
 pub mod manifest;
 pub mod overview;
 pub mod scene;
+#[cfg(feature = "screen")]
+pub mod screen;
 pub mod stereo;
 pub mod stimulus;
 pub mod verify;

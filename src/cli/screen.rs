@@ -1,0 +1,91 @@
+//! `shutterlab screen`: what predictors of vision say about sequences before anybody sees them.
+
+use super::{UsageError, say};
+use anyhow::{Context, anyhow};
+use indicatif::{ProgressBar, ProgressStyle};
+use shutterlab_data_schema::files::write_atomically;
+use shutterlab_stimuli::screen::{Comparison, compare, figure};
+use shutterlab_stimuli::{Sequence, Stimulus};
+use std::path::{Path, PathBuf};
+
+/// Compare rendered sequences pairwise by ColorVideoVDP, FLIP and PSNR, into screen.csv and screen.svg.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Folder of sequence folders
+    folder: PathBuf,
+    /// Sequences to compare, such as material=M2,samples=A3,samples=A5
+    #[arg(long, value_name = "AXIS=LEVEL,…")]
+    select: Option<String>,
+}
+
+pub(super) fn run(args: &Args) -> anyhow::Result<()> {
+    let mut sequences = Sequence::open_all(&args.folder)?;
+    if let Some(select) = &args.select {
+        let wanted = parse(select)?;
+        sequences.retain(|sequence| takes(&wanted, &sequence.manifest.stimulus));
+    }
+    if sequences.len() < 2 {
+        let found = sequences.len();
+        let folder = args.folder.display();
+        return Err(anyhow!("screen: {folder}: {found} sequences found: at least two are needed"));
+    }
+    let file = args.folder.join("screen.csv");
+    let mut rows = read(&file)?;
+    let pairs: Vec<(&Sequence, &Sequence)> = (0..sequences.len())
+        .flat_map(|i| (i + 1..sequences.len()).map(move |j| (i, j)))
+        .map(|(i, j)| (&sequences[i], &sequences[j]))
+        .collect();
+    let is_of = |row: &Comparison, (a, b): (&Sequence, &Sequence)| {
+        row.reference_sha256 == a.manifest.sha256 && row.test_sha256 == b.manifest.sha256
+    };
+    // Rows about sequences that are no longer what they were say nothing.
+    rows.retain(|row| pairs.iter().any(|&pair| is_of(row, pair)));
+    let bar = ProgressBar::new(pairs.len() as u64);
+    if let Ok(style) = ProgressStyle::with_template("{pos}/{len} pairs [{bar:30}] {eta} left") {
+        bar.set_style(style.progress_chars("=> "));
+    }
+    eprintln!("pairs: {}, of which {} are compared already", pairs.len(), rows.len());
+    for &pair in &pairs {
+        if !rows.iter().any(|row| is_of(row, pair)) {
+            rows.push(compare(pair.0, pair.1)?);
+            write(&file, &rows)?;
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    write(&file, &rows)?;
+    let svg = args.folder.join("screen.svg");
+    write_atomically(&svg, figure(&rows).as_bytes())?;
+    say(&format!("{}\n{}", file.display(), svg.display()))
+}
+
+fn parse(select: &str) -> anyhow::Result<Vec<(&str, &str)>> {
+    let pair = |part| {
+        let refuse = || UsageError::from(format!("screen: --select: {part}: AXIS=LEVEL is needed"));
+        str::split_once(part, '=').ok_or_else(refuse)
+    };
+    select.split(',').map(pair).collect()
+}
+
+/// Whether `stimulus` has, on each axis named, one of the levels named.
+fn takes(wanted: &[(&str, &str)], stimulus: &Stimulus) -> bool {
+    let has = |axis: &str, level: &str| stimulus.levels.get(axis).is_some_and(|l| l == level);
+    wanted.iter().all(|(axis, _)| wanted.iter().any(|(a, level)| a == axis && has(a, level)))
+}
+
+fn read(file: &Path) -> anyhow::Result<Vec<Comparison>> {
+    if !file.exists() {
+        return Ok(vec![]);
+    }
+    let unreadable = || format!("{}: cannot be read; remove it to begin again", file.display());
+    let mut reader = csv::Reader::from_path(file).with_context(unreadable)?;
+    reader.deserialize().collect::<Result<_, _>>().with_context(unreadable)
+}
+
+fn write(file: &Path, rows: &[Comparison]) -> anyhow::Result<()> {
+    let mut writer = csv::Writer::from_writer(vec![]);
+    for row in rows {
+        writer.serialize(row)?;
+    }
+    Ok(write_atomically(file, &writer.into_inner()?)?)
+}
