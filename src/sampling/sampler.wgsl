@@ -5,25 +5,68 @@ override SAMPLER: u32;
 const RANDOM: u32 = 0u;
 const STRATIFIED: u32 = 1u;
 
-fn sample_words(key: vec2u, strata: u32, pixel: u32, sample: u32, block: u32) -> vec4u {
-    if SAMPLER == RANDOM {
-        return random_words(key, pixel, sample, block);
-    }
-    let a = random_words(key, pixel, 0xffffffffu, block);
-    let b = mix_words(a);
-    if SAMPLER == STRATIFIED {
-        let words = random_words(key, pixel, sample, block);
-        let jitter = vec4f(unit(words.x), unit(words.y), unit(words.z), unit(words.w));
-        return vec4u(
-            multi_jittered_pair(sample, strata, a.xyz, jitter.xy),
-            multi_jittered_pair(sample, strata, vec3u(a.w, b.xy), jitter.zw),
-        );
-    }
-    let index = reverseBits(sample);
-    return vec4u(sobol_pair(index, a.xyz), sobol_pair(index, vec3u(a.w, b.xy)));
+struct FirstBlocks {
+    start: vec4u,
+    hit: vec4u,
 }
 
-// One point of a scrambled (0, 2)-sequence; `index` is its number with the bits reversed.
+fn first_blocks(key: vec2u, strata: u32, pixel: u32, sample: u32) -> FirstBlocks {
+    if SAMPLER == RANDOM {
+        return FirstBlocks(
+            random_words(key, pixel, sample, 0u),
+            random_words(key, pixel, sample, 1u),
+        );
+    }
+    let a = random_words(key, pixel, 0xffffffffu, 0u);
+    let b = mix_words(a);
+    let c = mix_words(b);
+    if SAMPLER == STRATIFIED {
+        let j = units(random_words(key, pixel, sample, 0u));
+        let k = units(random_words(key, pixel, sample, 1u));
+        return FirstBlocks(
+            vec4u(
+                multi_jittered_pair(sample, strata, a.xyz, j.xy),
+                multi_jittered_pair(sample, strata, vec3u(a.w, b.xy), j.zw),
+            ),
+            vec4u(
+                multi_jittered_pair(sample, strata, vec3u(b.zw, c.x), k.xy),
+                multi_jittered_pair(sample, strata, c.yzw, k.zw),
+            ),
+        );
+    }
+    let digits = sobol_digits(sample);
+    let joint = reverseBits(vec4u(
+        owen_hash(digits.x, a.x), owen_hash(digits.y, a.y),
+        owen_hash(digits.z, a.z), owen_hash(digits.w, a.w),
+    ));
+    let index = reverseBits(sample);
+    let lens = sobol_pair(index, b.xyz);
+    let onward = sobol_pair(index, vec3u(b.w, c.xy));
+    return FirstBlocks(vec4u(lens.x, joint.w, joint.x, lens.y), vec4u(joint.yz, onward));
+}
+
+fn units(words: vec4u) -> vec4f {
+    return vec4f(unit(words.x), unit(words.y), unit(words.z), unit(words.w));
+}
+
+// The first four dimensions of Sobol' at `index`: digits, lowest bit first.
+fn sobol_digits(index: u32) -> vec4u {
+    var third = 0u;
+    var fourth = 0u;
+    var v = vec2u(1u, 3u);
+    var w = vec3u(1u, 3u, 4u);
+    for (var bits = index; bits != 0u; bits >>= 1u) {
+        let taken = 0u - (bits & 1u);
+        third ^= v.x & taken;
+        fourth ^= w.x & taken;
+        v = vec2u(v.y, v.y ^ v.x ^ (v.x << 2u));
+        w = vec3u(w.yz, w.y ^ w.x ^ (w.x << 3u));
+    }
+    return vec4u(index, pascal(index), third, fourth);
+}
+
+// One point of a scrambled (0, 2)-sequence in an order of its own; `index` is its number with the bits
+// reversed.
 fn sobol_pair(index: u32, seeds: vec3u) -> vec2u {
     let ordered = reverseBits(owen_hash(index, seeds.x));
     return reverseBits(vec2u(owen_hash(ordered, seeds.y), owen_hash(pascal(ordered), seeds.z)));
@@ -49,7 +92,9 @@ fn pascal(index: u32) -> u32 {
 
 // Point `sample` of `count` correlated multi-jittered points.
 fn multi_jittered_pair(sample: u32, count: u32, seeds: vec3u, jitter: vec2f) -> vec2u {
-    let columns = u32(sqrt(f32(count)));
+    // An adapter's square root may fall short of a whole number.
+    var columns = u32(sqrt(f32(count)) + 0.5);
+    columns -= u32(columns * columns > count);
     let rows = (count + columns - 1u) / columns;
     let s = permute(sample, count, seeds.x);
     let column = f32(permute(s % columns, columns, seeds.y));

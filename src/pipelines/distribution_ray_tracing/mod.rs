@@ -13,7 +13,7 @@
 //! | symbol | here |
 //! |---|---|
 //! | shutter instant | `shutter` ∈ [−½, ½], the part of the interval from its middle |
-//! | block 0 of the random words | x, y in the pixel, instant, shift of the camera's look at the sky |
+//! | block 0 of a sample's words | x, y in the pixel, instant, shift of the camera's look at the sky |
 //! | block 1 + k | two for the light sample at hit k, two for the direction to go on |
 //!
 //! The scalar twin in [`mod@reference`] is the specification; `trace.wgsl` follows it line by line

@@ -85,12 +85,10 @@ fn path_radiance(
     sample: u32,
 ) -> Vec3 {
     let pixel = y * frame.width + x;
-    let words = |block: u32| {
-        let key = StreamKey(frame.key);
-        sampler::words(frame.sampler(), key, frame.strata, pixel, sample, block)
-    };
+    let key = StreamKey(frame.key);
+    let [start, mut words] =
+        sampler::first_blocks(frame.sampler(), key, frame.strata, pixel, sample);
 
-    let start = words(0);
     let [in_x, in_y, instant, _] = start.map(unit);
     let (sphere_x, turns) =
         frame.rolling().at(frame.shutter().instant(instant), frame.sphere_radius);
@@ -123,7 +121,7 @@ fn path_radiance(
         };
         throughput *= albedo;
 
-        let [a, b, c, d] = words(1 + hit);
+        let [a, b, c, d] = words;
         let light = environment.sample([a, b]);
         let cosine = normal.dot(light.direction);
         if cosine > 0.0
@@ -136,6 +134,7 @@ fn path_radiance(
         direction = cosine_hemisphere(normal, [unit(c), unit(d)]);
         cosine_density = Some(normal.dot(direction).max(0.0) * FRAC_1_PI);
         met = intersect(frame, center, origin, direction, Some(surface));
+        words = key.words(pixel, sample, 2 + hit);
     }
     if met.is_some() {
         return radiance;
@@ -147,7 +146,9 @@ fn path_radiance(
         }
         Some(cosine_density) => {
             let (light, light_density) = environment.evaluate(direction, [0.0; 2]);
-            radiance + throughput * light * (cosine_density / (cosine_density + light_density))
+            // A direction along the surface may meet black: nothing over nothing.
+            let densities = (cosine_density + light_density).max(1e-30);
+            radiance + throughput * light * (cosine_density / densities)
         }
     }
 }

@@ -70,7 +70,8 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
 
 // Radiance along one path through pixel (x, y).
 fn path_radiance(x: u32, y: u32, pixel: u32, sample: u32) -> vec3f {
-    let start = sample_words(frame.key, frame.strata, pixel, sample, 0u);
+    let first = first_blocks(frame.key, frame.strata, pixel, sample);
+    let start = first.start;
     let rolled = rolling_at(
         frame.rolling_x, frame.rolling_travel, frame.rolling_turns, frame.rolling_bounce,
         shutter_instant(frame.shutter_width, frame.shutter_reach, unit(start.z)), frame.sphere_radius,
@@ -87,35 +88,46 @@ fn path_radiance(x: u32, y: u32, pixel: u32, sample: u32) -> vec3f {
     // The camera's own ray has no light sample to share with.
     var cosine_density = -1.0;
     var met = intersect(center, origin, direction, NOTHING);
-    for (var hit = 0u; hit < MAX_HITS && met.surface != NOTHING; hit++) {
-        origin += direction * met.distance;
-        var normal = vec3f(0.0, 1.0, 0.0);
-        var albedo = vec3f(frame.floor_albedo);
-        if met.surface == FLOOR {
-            origin.y = 0.0;
-        } else {
-            normal = (origin - center) / frame.sphere_radius;
-            albedo = material_albedo(frame.material, rotate_about_z(normal, rolled.y));
-        }
-        throughput *= albedo;
+    var hit = 0u;
+    var words = first.hit;
+    // The loop ends at its bottom: where the software adapter would meet the end of the last lane at the
+    // top, it would go through the body once more for nobody.
+    if met.surface != NOTHING {
+        loop {
+            origin += direction * met.distance;
+            var normal = vec3f(0.0, 1.0, 0.0);
+            var albedo = vec3f(frame.floor_albedo);
+            if met.surface == FLOOR {
+                origin.y = 0.0;
+            } else {
+                normal = (origin - center) / frame.sphere_radius;
+                albedo = material_albedo(frame.material, rotate_about_z(normal, rolled.y));
+            }
+            throughput *= albedo;
 
-        let words = sample_words(frame.key, frame.strata, pixel, sample, 1u + hit);
-        let light = environment_sample(words.xy);
-        let cosine = dot(normal, light.direction);
-        if cosine > 0.0 && intersect(center, origin, light.direction, met.surface).surface == NOTHING {
-            let density = light.density + cosine / PI;
-            radiance += throughput * light.radiance * (cosine / PI / density);
-        }
+            let light = environment_sample(words.xy);
+            let cosine = dot(normal, light.direction);
+            if cosine > 0.0 && intersect(center, origin, light.direction, met.surface).surface == NOTHING {
+                let density = light.density + cosine / PI;
+                radiance += throughput * light.radiance * (cosine / PI / density);
+            }
 
-        direction = cosine_hemisphere(normal, vec2f(unit(words.z), unit(words.w)));
-        cosine_density = max(dot(normal, direction), 0.0) / PI;
-        met = intersect(center, origin, direction, met.surface);
+            direction = cosine_hemisphere(normal, vec2f(unit(words.z), unit(words.w)));
+            cosine_density = max(dot(normal, direction), 0.0) / PI;
+            met = intersect(center, origin, direction, met.surface);
+            hit++;
+            words = random_words(frame.key, pixel, sample, 1u + hit);
+            if hit == MAX_HITS || met.surface == NOTHING {
+                break;
+            }
+        }
     }
     if met.surface == NOTHING {
         let is_camera_ray = cosine_density < 0.0;
         let tent = vec2f(vec2u(start.w >> 16u, start.w & 0xffffu)) / 65536.0 - 0.5;
         let light = environment_evaluate(direction, select(vec2f(0.0), tent, is_camera_ray));
-        let shared_weight = cosine_density / (cosine_density + light.w);
+        // A direction along the surface may meet black: nothing over nothing.
+        let shared_weight = cosine_density / max(cosine_density + light.w, 1e-30);
         radiance += throughput * light.xyz * select(shared_weight, 1.0, is_camera_ray);
     }
     return radiance;
