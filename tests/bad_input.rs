@@ -69,6 +69,11 @@ fn grids_with_a_wrong_value() {
         ("seed = 2012", "seed = ", "line"),
         ("\"sobol\"", "\"halton\"", "unknown variant `halton`, expected one of `random`"),
         ("\"sobol\"", "\"stratified\"", "sampling: nested: the sampler stratified needs to know"),
+        (
+            "[image]",
+            "[shutter_profile]\nkind = \"box\"\nramp = 0.1\n[image]",
+            "unknown field `ramp`",
+        ),
         ("seed = 2012", "seed = 2012\nexemplars = 0", "exemplars: 0: 1 to 1000 are allowed"),
         (
             "[image]",

@@ -23,6 +23,9 @@ fn pairs_are_compared_once_and_kept() {
     succeed(folder.path(), &["screen", "s", "--select", "samples=A3"]);
     let more = std::fs::read_to_string(&file).unwrap();
     assert!(more.lines().count() == 4 && more.contains(",12.25\n"), "{more}");
+    succeed(folder.path(), &words);
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), more);
+    succeed(folder.path(), &["screen", "s"]);
     let figure = std::fs::read_to_string(folder.path().join("s/screen.svg")).unwrap();
     // Either half of the matrix.
     assert_eq!(figure.matches("<rect x=").count(), 6);

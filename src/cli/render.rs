@@ -7,7 +7,8 @@ use crate::render::Renderer;
 use crate::scene::import::image::light_map;
 use anyhow::anyhow;
 use indicatif::HumanBytes;
-use shutterlab_stimuli::generate::{GenerateError, Request, passes};
+use shutterlab_data_schema::files::create_folder;
+use shutterlab_stimuli::generate::{Request, passes};
 use shutterlab_stimuli::stereo::Layout;
 use shutterlab_stimuli::{Grid, Render, Selection, Sequence, Stimulus, generate, overview, video};
 use std::ops::Range;
@@ -28,7 +29,7 @@ pub struct Args {
     /// Frames A to B−1 of each sequence
     #[arg(long, value_name = "A..B", value_parser = parse_range)]
     frames: Option<Range<u32>>,
-    /// Size of the images in pixels, in place of the grid's; the view stays the same
+    /// Size of the images in pixels, in place of the grid's
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
     /// How the eyes of a stereo grid make one frame, in place of the grid's layout
@@ -141,8 +142,14 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             video::write(sequence)?;
         }
     }
-    if let Some([sheet, page]) = overview::write(&args.out)? {
-        eprintln!("contact sheet: {}\npage that plays them: {}", sheet.display(), page.display());
+    match overview::write(&args.out) {
+        Ok(None) => {}
+        Ok(Some([sheet, page])) => {
+            let (sheet, page) = (sheet.display(), page.display());
+            eprintln!("contact sheet: {sheet}\npage that plays them: {page}");
+        }
+        // Another sequence in the folder is damaged, perhaps; these are whole.
+        Err(error) => eprintln!("no contact sheet: {error}"),
     }
     let described = finished.iter().map(|sequence| (sequence, &sequence.manifest));
     if args.json {
@@ -182,6 +189,8 @@ fn shard(stimuli: Vec<Stimulus>, part: Option<[usize; 2]>) -> Vec<Stimulus> {
 /// Renders what is requested.
 pub(super) fn render(request: &Request<'_>, device: DeviceChoice) -> anyhow::Result<Vec<Sequence>> {
     let &Request { stimuli, frames, .. } = request;
+    request.check().map_err(UsageError::from)?;
+    create_folder(request.out)?;
     check_space(request)?;
     let mut renderer = Renderer::open(device, request.out).map_err(|error| anyhow!(error))?;
     let described = renderer.device();
@@ -191,7 +200,6 @@ pub(super) fn render(request: &Request<'_>, device: DeviceChoice) -> anyhow::Res
         RenderProgress::new(stimuli, |stimulus| length.unwrap_or(stimulus.image.frames));
     match generate(request, &mut renderer, &mut progress) {
         Ok(()) => Ok(progress.finished),
-        Err(error @ GenerateError::Frames { .. }) => Err(UsageError::from(error)),
         Err(error) => Err(error.into()),
     }
 }

@@ -20,6 +20,7 @@ pub struct Args {
 
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let mut sequences = Sequence::open_all(&args.folder)?;
+    let there: Vec<String> = sequences.iter().map(|s| s.manifest.sha256.clone()).collect();
     if let Some(select) = &args.select {
         let wanted = parse(select)?;
         sequences.retain(|sequence| takes(&wanted, &sequence.manifest.stimulus));
@@ -39,12 +40,13 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         row.reference_sha256 == a.manifest.sha256 && row.test_sha256 == b.manifest.sha256
     };
     // Rows about sequences that are no longer what they were say nothing.
-    rows.retain(|row| pairs.iter().any(|&pair| is_of(row, pair)));
+    rows.retain(|row| [&row.reference_sha256, &row.test_sha256].iter().all(|h| there.contains(h)));
+    let known = pairs.iter().filter(|&&pair| rows.iter().any(|row| is_of(row, pair))).count();
     let bar = ProgressBar::new(pairs.len() as u64);
     if let Ok(style) = ProgressStyle::with_template("{pos}/{len} pairs [{bar:30}] {eta} left") {
         bar.set_style(style.progress_chars("=> "));
     }
-    eprintln!("pairs: {}, of which {} are compared already", pairs.len(), rows.len());
+    eprintln!("pairs: {}, of which {} are compared already", pairs.len(), known);
     for &pair in &pairs {
         if !rows.iter().any(|row| is_of(row, pair)) {
             rows.push(compare(pair.0, pair.1)?);
@@ -55,6 +57,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     bar.finish_and_clear();
     write(&file, &rows)?;
     let svg = args.folder.join("screen.svg");
+    rows.retain(|row| pairs.iter().any(|&pair| is_of(row, pair)));
     write_atomically(&svg, figure(&rows).as_bytes())?;
     say(&format!("{}\n{}", file.display(), svg.display()))
 }

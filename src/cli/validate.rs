@@ -47,7 +47,8 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
 /// What there is to check at `path`: itself, or the sequences in it.
 fn targets(path: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let is_one = |path: &Path| {
-        path.is_file() || path.join(FILE_NAME).exists() || path.join("datapackage.json").exists()
+        let holds = |name: &str| path.join(name).exists();
+        path.is_file() || [FILE_NAME, "unfinished.json", "datapackage.json"].into_iter().any(holds)
     };
     if is_one(path) {
         return Ok(vec![path.into()]);
@@ -118,9 +119,13 @@ fn check_definition(path: &Path) -> anyhow::Result<String> {
     let file = path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(|| format!("{file}: cannot be read"))?;
     // Only a grid has axes as a table; a protocol without them is told by its own error.
-    if text.lines().any(|line| line.trim().starts_with("[axes.")) {
-        let grid = Grid::parse(&text, &file)?;
+    let keys: toml::Table = text.parse().unwrap_or_default();
+    if keys.contains_key("axes") {
+        let grid = Grid::load(&std::path::absolute(path)?.display().to_string())?;
         let stimuli = grid.stimuli(&Default::default())?;
+        grid.assets()?
+            .iter()
+            .try_for_each(|asset| import::image::light_map(&asset.source).map(drop))?;
         return Ok(format!("grid, {} sequences", stimuli.len()));
     }
     Ok(format!("protocol {}", Protocol::parse(&text, &file)?.name))

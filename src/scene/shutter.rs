@@ -26,7 +26,7 @@ impl Shutter {
     /// The shutter of `profile`.
     pub fn new(profile: ShutterProfile) -> Self {
         match profile {
-            ShutterProfile::Box => Self { kind: Self::BOX, width: 0.0, reach: 0.0 },
+            ShutterProfile::Box {} => Self { kind: Self::BOX, width: 0.0, reach: 0.0 },
             ShutterProfile::Trapezoid { ramp_fraction } => {
                 Self { kind: Self::TRAPEZOID, width: ramp_fraction as f32, reach: 0.0 }
             }
@@ -50,7 +50,8 @@ impl Shutter {
                 let t = if in_ramp < ramp { in_ramp } else { between };
                 if u < 0.5 { t - 0.5 } else { 0.5 - t }
             }
-            Self::GAUSSIAN => self.width * erf_inv(self.reach * (2.0 * u - 1.0)),
+            // Where the curve's tails are cut off to nothing, the ends are not to be told from ±∞.
+            Self::GAUSSIAN => (self.width * erf_inv(self.reach * (2.0 * u - 1.0))).clamp(-0.5, 0.5),
             _ => u - 0.5,
         }
     }
@@ -85,7 +86,7 @@ mod tests {
     /// Share of the interval's light that comes before `t` ∈ [−½, ½], by the formulas of the profiles.
     fn share(profile: ShutterProfile, t: f64) -> f64 {
         match profile {
-            ShutterProfile::Box => t + 0.5,
+            ShutterProfile::Box {} => t + 0.5,
             ShutterProfile::Trapezoid { ramp_fraction: r } => {
                 let height = 1.0 / (1.0 - r);
                 let from_end = 0.5 - t.abs();
@@ -107,7 +108,7 @@ mod tests {
     #[test]
     fn instants_are_drawn_by_the_profile() {
         for profile in [
-            ShutterProfile::Box,
+            ShutterProfile::Box {},
             ShutterProfile::Trapezoid { ramp_fraction: 0.01 },
             ShutterProfile::Trapezoid { ramp_fraction: 0.3 },
             ShutterProfile::Trapezoid { ramp_fraction: 0.5 },
@@ -116,6 +117,9 @@ mod tests {
             ShutterProfile::Gaussian { sigma_fraction: 2.0 },
         ] {
             let shutter = Shutter::new(profile);
+            for end in [0.0, 1.0 - f32::EPSILON / 2.0] {
+                assert!(shutter.instant(end).abs() <= 0.5, "{profile:?} {end}");
+            }
             for step in 0..1000 {
                 let u = (step as f32 + 0.5) / 1000.0;
                 let t = shutter.instant(u);

@@ -15,7 +15,7 @@ fn shutter_instant(width: f32, reach: f32, u: f32) -> f32 {
         return select(0.5 - t, t - 0.5, u < 0.5);
     }
     if SHUTTER_KIND == GAUSSIAN {
-        return width * erf_inv(reach * (2.0 * u - 1.0));
+        return clamp(width * erf_inv(reach * (2.0 * u - 1.0)), -0.5, 0.5);
     }
     return u - 0.5;
 }

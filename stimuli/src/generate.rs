@@ -143,16 +143,7 @@ pub fn generate(
     progress: &mut dyn Progress,
 ) -> Result<(), GenerateError> {
     let &Request { stimuli, out, .. } = request;
-    for stimulus in stimuli {
-        let (range, length) = (request.range(stimulus), stimulus.image.frames);
-        if range.is_empty() || range.end > length {
-            return Err(GenerateError::Frames {
-                range,
-                stimulus: stimulus.id.clone(),
-                frames: length,
-            });
-        }
-    }
+    request.check()?;
     // What cannot be written is better said before hours of rendering than after.
     for stimulus in stimuli {
         same_stimulus(&out.join(stimulus.folder_name()), stimulus)?;
@@ -164,6 +155,21 @@ pub fn generate(
 }
 
 impl Request<'_> {
+    /// Refuses frames that a stimulus does not have.
+    ///
+    /// # Errors
+    /// [`GenerateError::Frames`].
+    pub fn check(&self) -> Result<(), GenerateError> {
+        for stimulus in self.stimuli {
+            let (range, frames) = (self.range(stimulus), stimulus.image.frames);
+            if range.is_empty() || range.end > frames {
+                let stimulus = stimulus.id.clone();
+                return Err(GenerateError::Frames { range, stimulus, frames });
+            }
+        }
+        Ok(())
+    }
+
     /// The frames of `stimulus` that are wanted.
     fn range(&self, stimulus: &Stimulus) -> Range<u32> {
         self.frames.cloned().unwrap_or(0..stimulus.image.frames)
@@ -285,6 +291,8 @@ impl<'a> Unfinished<'a> {
             })
         {
             request.range(stimulus).for_each(|_| progress.frame(stimulus, false));
+            // Left by a run that was killed after its last step but one.
+            let _ = std::fs::remove_file(folder.join(ORIGIN_FILE));
             progress.sequence(sequence, 0);
             return Ok(None);
         }
@@ -418,7 +426,7 @@ fn claim(
         for entry in std::fs::read_dir(folder).map_err(|e| named(folder, &e))? {
             let path = entry?.path();
             let name = path.file_name().unwrap_or_default().to_string_lossy();
-            if name.starts_with("frame-") && name.ends_with(".png") {
+            if name.starts_with("frame-") {
                 std::fs::remove_file(&path).map_err(|e| named(&path, &e))?;
             }
         }

@@ -297,6 +297,15 @@ impl Grid {
     /// As [`Scene::load`].
     pub fn stimuli(&self, selection: &Selection) -> Result<Vec<Stimulus>, DefinitionError> {
         let (scene, _) = Scene::load(&self.scene, &self.folder)?;
+        let half_view_m = 0.5 * f64::from(self.image.width_px)
+            / scene.camera.pixels_per_metre(self.image.width_px);
+        if self.trajectory == Trajectory::Bounce && half_view_m <= scene.sphere.radius_m {
+            let radius = scene.sphere.radius_m;
+            let allowed = format!(
+                "a sphere of radius {radius} m has no room to roll in a view {half_view_m} m to either side"
+            );
+            return Err(DefinitionError::value(&self.name, "trajectory", "bounce", allowed));
+        }
         let cells = self.cells().into_iter().filter(|&cell| selection.takes(cell));
         let exemplars = |cell| (0..self.exemplars).map(move |exemplar| (cell, exemplar));
         Ok(cells

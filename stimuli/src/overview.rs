@@ -32,7 +32,8 @@ const GAP_PX: usize = 8;
 /// # Errors
 /// A sequence is damaged, or a file cannot be written.
 pub fn write(folder: &Path) -> Result<Option<[PathBuf; 2]>, SequenceError> {
-    let sequences = Sequence::open_all(folder)?;
+    let mut sequences = Sequence::open_all(folder)?;
+    sequences.retain(|sequence| !sequence.manifest.frames.is_empty());
     if sequences.is_empty() {
         return Ok(None);
     }

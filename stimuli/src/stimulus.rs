@@ -57,7 +57,7 @@ pub struct Stimulus {
 impl ShutterProfile {
     /// All light from opening to closing.
     pub(crate) fn full() -> Self {
-        Self::Box
+        Self::Box {}
     }
 }
 
@@ -89,7 +89,7 @@ pub enum Sampler {
 #[serde(rename_all = "kebab-case", tag = "kind", deny_unknown_fields)]
 pub enum ShutterProfile {
     /// All of it, from opening to closing.
-    Box,
+    Box {},
     /// Opens and closes linearly.
     Trapezoid {
         /// Length of either ramp, up to a half.
