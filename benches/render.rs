@@ -4,9 +4,10 @@
 //!
 //! `script/bench render` renders frame 60 of M2-S2-T5 of the thesis's grid (640×360) with 4 to 512
 //! samples. It prints tables and leaves in `target/bench/`: `render.csv`, `samplers.csv` and
-//! `render-truth.pfm`, the linear image (Portable Float Map) that errors are measured against. Each figure is the
-//! median of three runs after one that is not counted; a core-second is a second of this process's
-//! processor time, so a graphics card's work is not in it, and its figure is the wall time alone.
+//! `render-truth.pfm`, the linear image (Portable Float Map) that errors are measured against. Each
+//! figure is the median of three runs after one that is not counted; a core-second is a second of this
+//! process's processor time, so a graphics card's work is not in it, and its figure is the wall time
+//! alone.
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
 mod pfm;

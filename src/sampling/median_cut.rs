@@ -2,8 +2,8 @@
 //!
 //! A uniform index then draws a rectangle by the weight in it, and a uniform point in the rectangle
 //! draws a place of the grid nearly by its weight: exactly in the limit of many rectangles, and for
-//! every b with the known density 2^−b per area of the rectangle. The table stays small enough for a
-//! processor's nearest cache however large the grid is, and the halves of the words' bits are the
+//! every b with the known density 2^−b per area of the rectangle. The table has the same size however
+//! large the grid is, and the halves of the words' bits are the
 //! halves of the grid, so words that are well stratified stay so.
 
 use bytemuck::{Pod, Zeroable};

@@ -7,8 +7,7 @@
 //!   eight frames spread over the sequence, 0 to 1.
 //! - PSNR of the code values of all frames, in dB; infinite where they are the same.
 //!
-//! Of each pair the one whose folder comes first by name is the reference, which hardly matters to any of
-//! the three.
+//! A pair is compared one way only: the one whose folder comes first by name is the reference.
 
 use crate::frames::{EncodedImage, Transfer};
 use crate::manifest::{Sequence, SequenceError};
@@ -200,6 +199,8 @@ pub fn figure(comparisons: &[Comparison]) -> String {
     const CELL: usize = 44;
     let label = 8 * names.iter().map(|name| name.len()).max().unwrap_or(0) + 8;
     let side = label + CELL * names.len();
+    // Not narrower than the title.
+    let width = side.max(400);
     let mut marks = String::new();
     for (place, name) in names.iter().enumerate() {
         let middle = label + CELL * place + CELL / 2;
@@ -233,9 +234,9 @@ pub fn figure(comparisons: &[Comparison]) -> String {
         }
     }
     format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{side}\" height=\"{0}\" font-family=\"sans-serif\" font-size=\"12\">\n\
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{0}\" font-family=\"sans-serif\" font-size=\"12\">\n\
          <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
-         <text x=\"6\" y=\"18\" font-size=\"14\">ColorVideoVDP, JOD: 10 is no visible difference</text>\n\
+         <text x=\"6\" y=\"18\" font-size=\"14\">ColorVideoVDP, JOD: 10 is no visible difference; each pair once</text>\n\
          <g transform=\"translate(0,24)\">\n{marks}</g>\n</svg>\n",
         side + 24
     )

@@ -1,6 +1,6 @@
 //! The pipeline on a graphics device: one invocation per pixel, a few samples per dispatch.
 
-use super::FrameParams;
+use super::{FrameParams, kept};
 use crate::film::Film;
 use crate::gpu::buffers;
 use crate::gpu::device::{Gpu, GpuError};
@@ -66,15 +66,10 @@ impl Pipeline for OnGpu {
         samples: &[u32],
     ) -> Result<Vec<Film>, RenderError> {
         let description = &stimulus.scene.environment;
-        let kept = match self.environment.take() {
-            Some(kept) if kept.0 == *description => kept,
-            _ => {
-                let environment = Environment::load(description, &self.assets)?;
-                let buffers = EnvironmentBuffers::new(&self.gpu, &environment)?;
-                (description.clone(), buffers)
-            }
-        };
-        let (_, buffers) = self.environment.insert(kept);
+        let buffers = kept(&mut self.environment, description, || {
+            let environment = Environment::load(description, &self.assets)?;
+            Ok::<_, RenderError>(EnvironmentBuffers::new(&self.gpu, &environment)?)
+        })?;
         let frame = FrameParams::new(stimulus, view, frame);
         Ok(self.tracer.trace(&self.gpu, &frame, buffers, samples)?)
     }

@@ -33,11 +33,24 @@ use crate::scene::shutter::Shutter;
 use crate::shading::material::Material;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use shutterlab_stimuli::Stimulus;
 use shutterlab_stimuli::stimulus::{Sampler, View};
+use shutterlab_stimuli::{Stimulus, scene};
 
 /// Surface hits along a path.
 pub const MAX_HITS: u32 = 5;
+
+/// What is made of `description`: kept from the last frame, or made anew where that had another.
+fn kept<'a, T, E>(
+    last: &'a mut Option<(scene::Environment, T)>,
+    description: &scene::Environment,
+    make: impl FnOnce() -> Result<T, E>,
+) -> Result<&'a T, E> {
+    let kept = match last.take() {
+        Some(kept) if kept.0 == *description => kept,
+        _ => (description.clone(), make()?),
+    };
+    Ok(&last.insert(kept).1)
+}
 
 /// One frame as both devices read it. `trace.wgsl` declares the same struct; a test compares them.
 #[repr(C)]

@@ -1,7 +1,7 @@
 //! The CPU twin: scalar, one path after the other, rows in parallel. It is the specification that
 //! `trace.wgsl` is held to, and the fallback where there is no GPU.
 
-use super::{FrameParams, MAX_HITS};
+use super::{FrameParams, MAX_HITS, kept};
 use crate::film::Film;
 use crate::pipelines::Pipeline;
 use crate::sampling::random::{StreamKey, unit};
@@ -39,11 +39,9 @@ impl Pipeline for OnCpu {
         samples: &[u32],
     ) -> Result<Vec<Film>, RenderError> {
         let description = &stimulus.scene.environment;
-        let kept = match self.environment.take() {
-            Some(kept) if kept.0 == *description => kept,
-            _ => (description.clone(), Environment::load(description, &self.assets)?),
-        };
-        let (_, environment) = self.environment.insert(kept);
+        let environment = kept(&mut self.environment, description, || {
+            Environment::load(description, &self.assets)
+        })?;
         Ok(trace(&FrameParams::new(stimulus, view, frame), environment, samples))
     }
 }
