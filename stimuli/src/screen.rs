@@ -200,7 +200,7 @@ pub fn figure(comparisons: &[Comparison]) -> String {
     let label = 8 * names.iter().map(|name| name.len()).max().unwrap_or(0) + 8;
     let side = label + CELL * names.len();
     // Not narrower than the title.
-    let width = side.max(400);
+    let width = side.max(440);
     let mut marks = String::new();
     for (place, name) in names.iter().enumerate() {
         let middle = label + CELL * place + CELL / 2;
