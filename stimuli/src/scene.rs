@@ -126,6 +126,25 @@ pub enum Material {
     },
 }
 
+/// What a surface reflects apart from its pattern of albedo: microfacets after Trowbridge and Reitz (GGX,
+/// Walter et al. 2007). α is the square of `roughness`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind", deny_unknown_fields)]
+pub enum Coat {
+    /// A metal, whose reflectance at normal incidence is the albedo; nothing is scattered below.
+    Metal {
+        /// 0.02 (nearly a mirror) to 1.
+        roughness: f64,
+    },
+    /// A clear varnish over the diffuse surface.
+    Dielectric {
+        /// 0.02 (nearly a mirror) to 1.
+        roughness: f64,
+        /// Index of refraction, 1.01 to 3.
+        ior: f64,
+    },
+}
+
 /// Scenes that come with Shutterlab, by name.
 const SHIPPED: &[(&str, &str)] =
     &[("rolling-sphere", include_str!("../scenes/rolling-sphere.toml"))];
