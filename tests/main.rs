@@ -9,6 +9,9 @@ mod support;
 mod analyze;
 /// Bad input of every kind: one error line, the right exit status, nothing half-written.
 mod bad_input;
+/// Scattering on a graphics device, beside its twin.
+#[cfg(feature = "gpu")]
+mod bsdf;
 /// From simulated answers back to what they were drawn from.
 mod recovery;
 /// `render`: manifests, resuming, the same bytes again.
