@@ -6,69 +6,64 @@
 //! one box around the whole motion. The boxes at the closing are an array of their own, empty for a
 //! mesh at rest.
 //!
-//! The nodes are laid out to be uploaded as they are. Children lie side by side, so that one node
-//! costs one index. The search goes into the nearer child first and keeps the other on a stack: a
-//! search without a stack would have to follow a fixed order, and look at more boxes beyond the
+//! A node has up to four children, met by one ray at a time in the four lanes of a vector, and so
+//! has a leaf up to four triangles. The search goes into the nearest child first and keeps the others on a
+//! stack: a search without a stack would have to follow a fixed order, and look at more boxes beyond the
 //! nearest hit, or climb through parents. The builder keeps the hierarchy so flat that
-//! [`MAX_DEPTH`] places are enough for every mesh, 128 bytes on a graphics card.
+//! [`STACK`] places are enough for every mesh.
+//!
+//! Nodes and leaves are vectors of four words, to be uploaded as they are.
 
 mod build;
 
 use super::Mesh;
-use super::ray::{Hit, Ray, RayFrame};
+use super::ray::{Corners, Hit, Planes, Ray, RayFrame};
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
-/// No node lies deeper under the root: the size of the stack that a search needs.
+/// No leaf lies deeper under the root of the binary hierarchy that the wide one is made of.
 pub const MAX_DEPTH: usize = 32;
 
-/// A box, as the shutter opens if the mesh moves, and what is in it.
+/// The places of the stack that a search needs: a child that is a node lies at least two binary levels
+/// below its parent and leaves at most three others waiting; the last node puts down all four.
+pub const STACK: usize = 3 * (MAX_DEPTH / 2) + 1;
+
+/// The bit of a child that is a leaf; the others are its place among the leaves or the nodes.
+pub const LEAF: u32 = 1 << 31;
+
+/// Up to four children. The places that have none come last, with a box that no ray enters.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Node {
-    /// Lower corner.
-    pub min: [f32; 3],
-    /// A leaf's first face, an inner node's first child; the second child is the next node.
-    pub first: u32,
-    /// Upper corner.
-    pub max: [f32; 3],
-    /// Faces of a leaf, 0 for an inner node.
-    pub count: u32,
+    /// Their boxes, as the shutter opens if the mesh moves.
+    pub planes: Planes,
+    /// Where they are.
+    pub children: [u32; 4],
 }
 
-/// A node's box as the shutter closes, with the padding that WGSL gives to vectors.
+/// Up to four triangles; the last fills the places that are left.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct EndBox {
-    /// Lower corner.
-    pub min: [f32; 3],
-    /// 0.
-    pub unused: u32,
-    /// Upper corner.
-    pub max: [f32; 3],
-    /// 0.
-    pub unused_too: u32,
-}
-
-/// A triangle in the order of the leaves.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct Face {
-    /// Its vertices in the mesh.
-    pub vertices: [u32; 3],
-    /// Its place in the mesh.
-    pub triangle: u32,
+pub struct Leaf {
+    /// Their corners, as the shutter opens if the mesh moves.
+    pub corners: Corners,
+    /// Their places in the mesh.
+    pub triangles: [u32; 4],
 }
 
 /// The hierarchy of one mesh. It is the same for any number of threads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bvh {
-    /// The root, then pairs of children.
+    /// The root, then the other nodes, each before those below it.
     pub nodes: Vec<Node>,
-    /// One per node, or none if nothing moves.
-    pub end_boxes: Vec<EndBox>,
-    /// The triangles, leaf by leaf.
-    pub faces: Vec<Face>,
+    /// The nodes' boxes as the shutter closes, none if nothing moves.
+    pub end_planes: Vec<Planes>,
+    /// The triangles.
+    pub leaves: Vec<Leaf>,
+    /// The leaves' corners as the shutter closes, none if nothing moves.
+    pub end_corners: Vec<Corners>,
+    /// The corners of the box around everything, at any time.
+    pub reach: [Vec3; 2],
 }
 
 impl Bvh {
@@ -77,78 +72,89 @@ impl Bvh {
         build::build(mesh)
     }
 
-    /// The first triangle that `ray` meets; `mesh` is the one that the hierarchy was built of.
-    pub fn nearest(&self, mesh: &Mesh, ray: &Ray) -> Option<Hit> {
-        self.search::<false>(mesh, ray)
+    /// The first triangle that `ray` meets.
+    pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
+        self.search::<false>(ray)
     }
 
-    /// Whether `ray` meets a triangle; `mesh` is the one that the hierarchy was built of.
-    pub fn any(&self, mesh: &Mesh, ray: &Ray) -> bool {
-        self.search::<true>(mesh, ray).is_some()
+    /// Whether `ray` meets a triangle.
+    pub fn any(&self, ray: &Ray) -> bool {
+        self.search::<true>(ray).is_some()
     }
 
-    fn search<const ANY: bool>(&self, mesh: &Mesh, ray: &Ray) -> Option<Hit> {
-        let (min, max) = self.reach();
-        let mut frame = RayFrame::new(ray, min, max);
-        let mut nearest = None;
-        let mut stack = [0_u32; MAX_DEPTH];
+    fn search<const ANY: bool>(&self, ray: &Ray) -> Option<Hit> {
+        if self.end_planes.is_empty() {
+            self.search_in::<ANY, false>(ray)
+        } else {
+            self.search_in::<ANY, true>(ray)
+        }
+    }
+
+    fn search_in<const ANY: bool, const MOVES: bool>(&self, ray: &Ray) -> Option<Hit> {
+        let mut frame = RayFrame::new(ray, self.reach);
+        let mut hit = None;
+        // What is to be searched and where the ray enters it, the nearest on top.
+        let mut stack = [(0_u32, 0.0_f32); STACK];
         let mut height = 0;
-        let mut at = self.enter(0, &frame).map(|_| 0);
-        while let Some(index) = at {
-            let node = &self.nodes[index as usize];
-            let first = node.first;
-            at = if node.count == 0 {
-                match (self.enter(first, &frame), self.enter(first + 1, &frame)) {
-                    (Some(left), Some(right)) => {
-                        let right_first = u32::from(right < left);
-                        stack[height] = first + 1 - right_first;
-                        height += 1;
-                        Some(first + right_first)
+        let mut child = 0;
+        loop {
+            if child & LEAF == 0 {
+                let node = &self.nodes[child as usize];
+                let (mut entered, near) = if MOVES {
+                    frame.enter(&at_time(&node.planes, &self.end_planes[child as usize], ray.time))
+                } else {
+                    frame.enter(&node.planes)
+                };
+                let below = height;
+                while entered != 0 {
+                    let lane = entered.trailing_zeros() as usize & 3;
+                    entered &= entered - 1;
+                    let near = near[lane];
+                    let mut place = height;
+                    while !ANY && place > below && stack[place - 1].1 < near {
+                        stack[place] = stack[place - 1];
+                        place -= 1;
                     }
-                    (Some(_), None) => Some(first),
-                    (None, Some(_)) => Some(first + 1),
-                    (None, None) => None,
+                    stack[place] = (node.children[lane], near);
+                    height += 1;
                 }
             } else {
-                for face in &self.faces[first as usize..][..node.count as usize] {
-                    let corners = mesh.corners(face.vertices, ray.time);
-                    if let Some((distance, barycentrics)) = frame.meet(corners) {
-                        frame.ray.between[1] = distance;
-                        nearest = Some(Hit { triangle: face.triangle, distance, barycentrics });
-                        if ANY {
-                            return nearest;
-                        }
+                let place = (child & !LEAF) as usize;
+                let leaf = &self.leaves[place];
+                let met = if MOVES {
+                    let [start, end] = [&leaf.corners, &self.end_corners[place]];
+                    let corner = |k: usize| at_time(&start[k], &end[k], ray.time);
+                    frame.meet(&[corner(0), corner(1), corner(2)])
+                } else {
+                    frame.meet(&leaf.corners)
+                };
+                if let Some((lane, distance, barycentrics)) = met {
+                    frame.between[1] = distance;
+                    hit = Some(Hit { triangle: leaf.triangles[lane], distance, barycentrics });
+                    if ANY {
+                        return hit;
                     }
                 }
-                None
-            };
-            if at.is_none() && height > 0 {
+            }
+            loop {
+                if height == 0 {
+                    return hit;
+                }
                 height -= 1;
-                at = Some(stack[height]);
+                let near;
+                (child, near) = stack[height];
+                if ANY || near < frame.between[1] {
+                    break;
+                }
             }
         }
-        nearest
     }
+}
 
-    /// Where the ray enters node `index`.
-    fn enter(&self, index: u32, frame: &RayFrame) -> Option<f32> {
-        let node = &self.nodes[index as usize];
-        let (mut min, mut max) = (Vec3::from(node.min), Vec3::from(node.max));
-        if let Some(end) = self.end_boxes.get(index as usize) {
-            min = super::between(min, end.min.into(), frame.ray.time);
-            max = super::between(max, end.max.into(), frame.ray.time);
-        }
-        frame.enter(min, max, frame.ray.between[1])
-    }
-
-    /// The corners of the box around everything, at any time.
-    fn reach(&self) -> (Vec3, Vec3) {
-        let (min, max) = (self.nodes[0].min.into(), self.nodes[0].max.into());
-        match self.end_boxes.first() {
-            None => (min, max),
-            Some(end) => (min.min(end.min.into()), max.max(end.max.into())),
-        }
-    }
+/// Numbers at `time`, on their straight way from `start` to `end`.
+#[inline]
+fn at_time<const N: usize>(start: &[Vec4; N], end: &[Vec4; N], time: f32) -> [Vec4; N] {
+    std::array::from_fn(|k| super::between(start[k], end[k], time))
 }
 
 #[cfg(test)]

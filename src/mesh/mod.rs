@@ -154,7 +154,10 @@ fn bad_vertex(
 
 /// Linear interpolation. In this form each product and the sum round monotonically, so that a box's
 /// corner never passes a vertex on its way, not even by a rounding error.
-fn between(start: Vec3, end: Vec3, time: f32) -> Vec3 {
+fn between<V>(start: V, end: V, time: f32) -> V
+where
+    V: std::ops::Mul<f32, Output = V> + std::ops::Add<Output = V>,
+{
     start * (1.0 - time) + end * time
 }
 

@@ -6,7 +6,7 @@
 //! compute the same number for the edge they share. Where one is 0 in single precision, double
 //! precision decides.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec3, Vec4};
 
 /// A ray at an instant of the shutter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,87 +32,113 @@ pub struct Hit {
     pub barycentrics: [f32; 3],
 }
 
-/// What all triangles and boxes need to know of one ray.
+/// What all triangles and boxes need to know of one ray. Four of either are met at a time, one in each
+/// lane of a vector.
 pub(super) struct RayFrame {
-    pub ray: Ray,
+    pub time: f32,
+    pub between: [f32; 2],
     /// The axis along which the ray goes farthest comes last.
     axes: [usize; 3],
+    /// The origin along each of `axes`.
+    origin: [Vec4; 3],
     /// S_x, S_y, S_z of the paper.
-    shear: Vec3,
-    inverse_direction: Vec3,
+    shear: [Vec4; 3],
+    inverse_direction: [Vec4; 3],
+    /// Which of [`Planes`] the ray enters along x, y and z. It leaves at the others.
+    entered: [usize; 3],
     /// The origin, moved ahead and back by what rounding can move a triangle.
-    origin_for_near: Vec3,
-    origin_for_far: Vec3,
+    origin_for_near: [Vec4; 3],
+    origin_for_far: [Vec4; 3],
 }
+
+/// Four boxes: their lower x, y and z, then the upper.
+pub type Planes = [Vec4; 6];
+
+/// Four triangles: the x, y and z of their first corners, then of the second and the third.
+pub type Corners = [[Vec4; 3]; 3];
 
 impl RayFrame {
     /// The frame of `ray` for triangles and boxes between the corners `min` and `max`.
-    pub fn new(ray: &Ray, min: Vec3, max: Vec3) -> Self {
-        let Ray { origin, direction, .. } = *ray;
+    pub fn new(ray: &Ray, [min, max]: [Vec3; 2]) -> Self {
+        let Ray { origin, direction, time, between } = *ray;
         let z = direction.abs().max_position();
         let [x, y] = if direction[z] < 0.0 { [z + 2, z + 1] } else { [z + 1, z + 2] };
         let axes = [x % 3, y % 3, z];
+        let shear = Vec3::new(direction[axes[0]], direction[axes[1]], 1.0) / direction[z];
         // Section 3.3 [Woop2013], with the largest of the lengths in place of each axis's own.
         let reach = (min - origin).abs().max((max - origin).abs()).max_element();
         let slack = Vec3::splat(reach * (10.0 * 0.5 * f32::EPSILON));
-        // The sign of the reciprocal tells 0 from −0 as the slabs need it.
-        let inverse_direction = direction.recip();
+        // Finite, so that a ray along a face of a box gives 0 there and not 0·∞; its sign tells 0 from −0.
+        let inverse_direction = direction.recip().clamp(Vec3::MIN, Vec3::MAX);
         let ahead = slack.copysign(inverse_direction);
+        let lanes = |vector: Vec3| vector.to_array().map(Vec4::splat);
         Self {
-            ray: *ray,
+            time,
+            between,
             axes,
-            shear: Vec3::new(direction[axes[0]], direction[axes[1]], 1.0) / direction[z],
-            inverse_direction,
-            origin_for_near: origin + ahead,
-            origin_for_far: origin - ahead,
+            origin: axes.map(|axis| Vec4::splat(origin[axis])),
+            shear: lanes(shear),
+            inverse_direction: lanes(inverse_direction),
+            entered: [0, 1, 2].map(|axis| axis + 3 * usize::from(inverse_direction[axis] < 0.0)),
+            origin_for_near: lanes(origin + ahead),
+            origin_for_far: lanes(origin - ahead),
         }
     }
 
-    /// Distance and barycentrics of the hit with the triangle of `corners`, from either side.
-    pub fn meet(&self, corners: [Vec3; 3]) -> Option<(f32, [f32; 3])> {
-        let [x, y, z] = self.axes;
-        let [a, b, c] = corners.map(|corner| {
-            let corner = corner - self.ray.origin;
-            let along = corner[z];
-            let across = Vec2::new(corner[x], corner[y]) - self.shear.truncate() * along;
-            across.extend(self.shear.z * along)
+    /// The nearest hit with one of four triangles, from either side: its lane, distance and barycentrics.
+    #[inline]
+    pub fn meet(&self, corners: &Corners) -> Option<(usize, f32, [f32; 3])> {
+        let [a, b, c] = corners.each_ref().map(|corner| {
+            let [x, y, z] = [0, 1, 2].map(|k| corner[self.axes[k]] - self.origin[k]);
+            [x - self.shear[0] * z, y - self.shear[1] * z, self.shear[2] * z]
         });
-        let sides = [(c, b), (a, c), (b, a)].map(|(p, q)| (p.truncate(), q.truncate()));
-        let mut edges = sides.map(|(p, q)| p.perp_dot(q));
-        if edges.contains(&0.0) {
-            edges = sides.map(|(p, q)| p.as_dvec2().perp_dot(q.as_dvec2()) as f32);
+        let sides = [(c, b), (a, c), (b, a)];
+        let mut edges = sides.map(|(p, q)| p[0] * q[1] - p[1] * q[0]);
+        let zero = |edge: Vec4| edge.cmpeq(Vec4::ZERO);
+        if (zero(edges[0]) | zero(edges[1]) | zero(edges[2])).any() {
+            let double = |p: [Vec4; 3], q: [Vec4; 3]| {
+                let [px, py, qx, qy] = [p[0], p[1], q[0], q[1]].map(Vec4::as_dvec4);
+                (px * qy - py * qx).as_vec4()
+            };
+            edges = sides.map(|(p, q)| double(p, q));
         }
         let [u, v, w] = edges;
-        if u.min(v).min(w) < 0.0 && u.max(v).max(w) > 0.0 {
-            return None;
-        }
         let determinant = u + v + w;
-        if determinant == 0.0 {
+        let apart = u.min(v).min(w).cmplt(Vec4::ZERO) & u.max(v).max(w).cmpgt(Vec4::ZERO);
+        let missed = apart | zero(determinant);
+        if missed.all() {
             return None;
         }
-        let weights = edges.map(|edge| edge / determinant);
-        let distance = weights[0] * a.z + weights[1] * b.z + weights[2] * c.z;
-        let [from, to] = self.ray.between;
-        (from < distance && distance < to).then_some((distance, weights))
+        let distance = (u * a[2] + v * b[2] + w * c[2]) / determinant;
+        let [from, to] = self.between;
+        let between = distance.cmpgt(Vec4::splat(from)) & distance.cmplt(Vec4::splat(to));
+        let met = between & !missed;
+        if !met.any() {
+            return None;
+        }
+        let distances = Vec4::select(met, distance, Vec4::INFINITY);
+        let nearest = distances.min_element();
+        let lane = distances.cmpeq(Vec4::splat(nearest)).bitmask().trailing_zeros() as usize;
+        Some((lane, nearest, edges.map(|edge| edge[lane] / determinant[lane])))
     }
 
-    /// Where the ray enters the box, if it does before `end`. Errs only on the side of entering
-    /// [Ize2013]. An axis that the ray keeps still on the border of a slab gives 0·∞, which is no
-    /// number and loses every comparison, so that this axis does not count.
-    pub fn enter(&self, min: Vec3, max: Vec3, end: f32) -> Option<f32> {
-        let mut near = self.ray.between[0];
-        let mut far = end;
-        for axis in 0..3 {
+    /// Which of four boxes the ray enters before the end of its distances, as bits, and where. Errs only
+    /// on the side of entering [Ize2013].
+    #[inline]
+    pub fn enter(&self, planes: &Planes) -> (u32, Vec4) {
+        let slab = |axis: usize| {
+            let [first, last] = [self.entered[axis], (self.entered[axis] + 3) % 6];
             let inverse = self.inverse_direction[axis];
-            let [first, last] =
-                if inverse < 0.0 { [max[axis], min[axis]] } else { [min[axis], max[axis]] };
-            let enters = (first - self.origin_for_near[axis]) * inverse;
-            let leaves = (last - self.origin_for_far[axis]) * inverse;
-            near = if enters > near { enters } else { near };
-            far = if leaves < far { leaves } else { far };
-        }
+            let enters = (planes[first] - self.origin_for_near[axis]) * inverse;
+            let leaves = (planes[last] - self.origin_for_far[axis]) * inverse;
+            (enters, leaves)
+        };
+        let [x, y, z] = [slab(0), slab(1), slab(2)];
+        let [from, to] = self.between.map(Vec4::splat);
+        let near = x.0.max(y.0).max(z.0.max(from));
+        let far = x.1.min(y.1).min(z.1.min(to));
         // 1 + 2γ₃: what rounding can take from the distance of a slab.
-        (near <= far * (1.0 + 3.0 * f32::EPSILON)).then_some(near)
+        (near.cmple(far * (1.0 + 3.0 * f32::EPSILON)).bitmask(), near)
     }
 }
 

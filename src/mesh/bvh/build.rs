@@ -5,8 +5,8 @@
 //! rule is exact. No step depends on the number of threads: halves are built side by side, and
 //! each in the order of its own slice.
 
-use super::{Bvh, EndBox, Face, MAX_DEPTH, Mesh, Node};
-use glam::Vec3;
+use super::{Bvh, Corners, LEAF, Leaf, MAX_DEPTH, Mesh, Node, Planes};
+use glam::{Vec3, Vec4};
 
 /// A node of more triangles is always cut.
 const MAX_LEAF: usize = 4;
@@ -37,13 +37,71 @@ fn build_over<const KEYS: usize>(mesh: &Mesh, positions: [&Vec<Vec3>; KEYS]) -> 
         })
         .collect();
     let root = Tree::new(&mut items, 0, MAX_DEPTH);
-    let mut bvh = Bvh {
-        nodes: vec![bytemuck::Zeroable::zeroed()],
-        end_boxes: vec![],
-        faces: items.iter().map(|item| item.face).collect(),
+    let corner = |pick: fn(Vec3, Vec3) -> Vec3, which: usize| {
+        root.boxes.0.iter().map(|corners| corners[which]).fold(root.boxes.0[0][which], pick)
     };
-    root.store(0, &mut bvh);
+    let mut bvh = Bvh {
+        nodes: vec![],
+        end_planes: vec![],
+        leaves: vec![],
+        end_corners: vec![],
+        reach: [corner(Vec3::min, 0), corner(Vec3::max, 1)],
+    };
+    Store { items: &items, positions, bvh: &mut bvh }.node(&root);
     bvh
+}
+
+/// Writes the wide hierarchy.
+struct Store<'a, const KEYS: usize> {
+    items: &'a [Item<KEYS>],
+    positions: [&'a Vec<Vec3>; KEYS],
+    bvh: &'a mut Bvh,
+}
+
+impl<const KEYS: usize> Store<'_, KEYS> {
+    /// The node of `tree`, and all that is below; returns its place.
+    fn node(&mut self, tree: &Tree<KEYS>) -> u32 {
+        let children = tree.up_to_four();
+        let place = self.bvh.nodes.len();
+        // Larger than all else, and the wrong way round: no ray enters it. Were one to, leaf 0 does no harm.
+        const NOWHERE: [Vec3; 2] = [Vec3::MAX, Vec3::MIN];
+        let planes = |key: usize| -> Planes {
+            std::array::from_fn(|plane| {
+                Vec4::from_array(std::array::from_fn(|lane| {
+                    let corners = children.get(lane).map_or(NOWHERE, |child| child.boxes.0[key]);
+                    corners[plane / 3][plane % 3]
+                }))
+            })
+        };
+        self.bvh.nodes.push(Node { planes: planes(0), children: [LEAF; 4] });
+        if KEYS > 1 {
+            self.bvh.end_planes.push(planes(KEYS - 1));
+        }
+        for (lane, child) in children.into_iter().enumerate() {
+            self.bvh.nodes[place].children[lane] = match child.content {
+                Content::Faces { first, count } => self.leaf(first, count) | LEAF,
+                Content::Children(_) => self.node(child),
+            };
+        }
+        place as u32
+    }
+
+    fn leaf(&mut self, first: usize, count: usize) -> u32 {
+        let place = self.bvh.leaves.len() as u32;
+        let faces: [Face; 4] = std::array::from_fn(|lane| self.items[first + lane.min(count - 1)].face);
+        let corners = self.positions.map(|positions| -> Corners {
+            std::array::from_fn(|corner| {
+                let [a, b, c, d] = faces.map(|face| positions[face.vertices[corner] as usize]);
+                [0, 1, 2].map(|axis| Vec4::new(a[axis], b[axis], c[axis], d[axis]))
+            })
+        });
+        let triangles = faces.map(|face| face.triangle);
+        self.bvh.leaves.push(Leaf { corners: corners[0], triangles });
+        if KEYS > 1 {
+            self.bvh.end_corners.push(corners[KEYS - 1]);
+        }
+        place
+    }
 }
 
 /// Lower and upper corners, at opening and, if there is motion, closing.
@@ -77,6 +135,13 @@ impl<const KEYS: usize> Boxes<KEYS> {
     }
 }
 
+/// A triangle's vertices and its place in the mesh.
+#[derive(Clone, Copy)]
+struct Face {
+    vertices: [u32; 3],
+    triangle: u32,
+}
+
 struct Item<const KEYS: usize> {
     boxes: Boxes<KEYS>,
     face: Face,
@@ -88,7 +153,7 @@ struct Tree<const KEYS: usize> {
 }
 
 enum Content<const KEYS: usize> {
-    Faces { first: u32, count: u32 },
+    Faces { first: usize, count: usize },
     Children(Box<[Tree<KEYS>; 2]>),
 }
 
@@ -97,7 +162,7 @@ impl<const KEYS: usize> Tree<KEYS> {
     fn new(items: &mut [Item<KEYS>], first: usize, depth: usize) -> Self {
         let boxes = items.iter().fold(Boxes::EMPTY, |all, item| all.with(&item.boxes));
         let Some(left) = cut(items, &boxes, depth) else {
-            let content = Content::Faces { first: first as u32, count: items.len() as u32 };
+            let content = Content::Faces { first, count: items.len() };
             return Self { boxes, content };
         };
         let is_parallel = items.len() >= PARALLEL;
@@ -108,26 +173,32 @@ impl<const KEYS: usize> Tree<KEYS> {
         Self { boxes, content: Content::Children(Box::new([low, high])) }
     }
 
-    /// Writes the tree to `bvh`, its root at node `at`.
-    fn store(&self, at: usize, bvh: &mut Bvh) {
-        let (first, count) = match &self.content {
-            Content::Faces { first, count } => (*first, *count),
-            Content::Children(children) => {
-                let first = bvh.nodes.len();
-                bvh.nodes.extend([Node { min: [0.0; 3], first: 0, max: [0.0; 3], count: 0 }; 2]);
-                for (child, at) in children.iter().zip(first..) {
-                    child.store(at, bvh);
+    /// The children of the wide node that takes this one's place. Both children give way to their own if
+    /// they have any, which halves the depth; then the largest do while there is room.
+    fn up_to_four(&self) -> Vec<&Self> {
+        let mut children = vec![];
+        match &self.content {
+            Content::Faces { .. } => return vec![self],
+            Content::Children(pair) => {
+                for child in pair.iter() {
+                    match &child.content {
+                        Content::Faces { .. } => children.push(child),
+                        Content::Children(pair) => children.extend(pair.iter()),
+                    }
                 }
-                (first as u32, 0)
             }
-        };
-        let [min, max] = self.boxes.0[0].map(|corner| corner.to_array());
-        bvh.nodes[at] = Node { min, first, max, count };
-        if KEYS > 1 {
-            bvh.end_boxes.resize(bvh.nodes.len(), bytemuck::Zeroable::zeroed());
-            let [min, max] = self.boxes.0[KEYS - 1].map(|corner| corner.to_array());
-            bvh.end_boxes[at] = EndBox { min, unused: 0, max, unused_too: 0 };
         }
+        while children.len() < 4 {
+            let inner = |place: &usize| matches!(children[*place].content, Content::Children(_));
+            let area = |place: &usize| children[*place].boxes.area();
+            let largest = (0..children.len())
+                .filter(inner)
+                .max_by(|a, b| area(a).total_cmp(&area(b)));
+            let Some(place) = largest else { break };
+            let Content::Children(pair) = &children[place].content else { break };
+            children.splice(place..=place, pair.iter());
+        }
+        children
     }
 }
 
