@@ -8,7 +8,7 @@
 use super::{Bvh, Corners, LEAF, Leaf, MAX_DEPTH, Mesh, Node, Planes};
 use glam::{Vec3, Vec4};
 
-/// A node of more triangles is always cut.
+/// More triangles are always cut, fewer never: four cost no more than one, or than a node.
 const MAX_LEAF: usize = 4;
 const BINS: usize = 16;
 /// Smaller slices are not worth a thread.
@@ -88,7 +88,8 @@ impl<const KEYS: usize> Store<'_, KEYS> {
 
     fn leaf(&mut self, first: usize, count: usize) -> u32 {
         let place = self.bvh.leaves.len() as u32;
-        let faces: [Face; 4] = std::array::from_fn(|lane| self.items[first + lane.min(count - 1)].face);
+        let faces: [Face; 4] =
+            std::array::from_fn(|lane| self.items[first + lane.min(count - 1)].face);
         let corners = self.positions.map(|positions| -> Corners {
             std::array::from_fn(|corner| {
                 let [a, b, c, d] = faces.map(|face| positions[face.vertices[corner] as usize]);
@@ -161,7 +162,7 @@ impl<const KEYS: usize> Tree<KEYS> {
     /// The tree of `items`, of which the first is face `first`, not deeper than `depth`.
     fn new(items: &mut [Item<KEYS>], first: usize, depth: usize) -> Self {
         let boxes = items.iter().fold(Boxes::EMPTY, |all, item| all.with(&item.boxes));
-        let Some(left) = cut(items, &boxes, depth) else {
+        let Some(left) = cut(items, depth) else {
             let content = Content::Faces { first, count: items.len() };
             return Self { boxes, content };
         };
@@ -191,9 +192,8 @@ impl<const KEYS: usize> Tree<KEYS> {
         while children.len() < 4 {
             let inner = |place: &usize| matches!(children[*place].content, Content::Children(_));
             let area = |place: &usize| children[*place].boxes.area();
-            let largest = (0..children.len())
-                .filter(inner)
-                .max_by(|a, b| area(a).total_cmp(&area(b)));
+            let largest =
+                (0..children.len()).filter(inner).max_by(|a, b| area(a).total_cmp(&area(b)));
             let Some(place) = largest else { break };
             let Content::Children(pair) = &children[place].content else { break };
             children.splice(place..=place, pair.iter());
@@ -203,13 +203,9 @@ impl<const KEYS: usize> Tree<KEYS> {
 }
 
 /// Orders `items` into two parts and returns the length of the first, unless they are to be a leaf.
-fn cut<const KEYS: usize>(
-    items: &mut [Item<KEYS>],
-    boxes: &Boxes<KEYS>,
-    depth: usize,
-) -> Option<usize> {
+fn cut<const KEYS: usize>(items: &mut [Item<KEYS>], depth: usize) -> Option<usize> {
     let count = items.len();
-    if count == 1 || depth == 0 {
+    if count <= MAX_LEAF {
         return None;
     }
     let centres = items.iter().fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[min, max], item| {
@@ -217,17 +213,11 @@ fn cut<const KEYS: usize>(
         [min.min(centre), max.max(centre)]
     });
     let bins = Binning::new(centres);
-    // Visiting the children costs as much as a triangle.
-    let leaf_cost =
-        if count > MAX_LEAF { f32::INFINITY } else { (count - 1) as f32 * boxes.area() };
-    if let Some((cost, axis, border)) = bins.best(items) {
+    if let Some((axis, border)) = bins.best(items) {
         let first = |item: &Item<KEYS>| bins.bin(item.boxes.centre())[axis] < border;
         let left = items.iter().filter(|item| first(item)).count();
         // What the parts still need even if all further cuts halve them.
         if left.max(count - left) <= MAX_LEAF << (depth - 1) {
-            if cost >= leaf_cost {
-                return None;
-            }
             let mut ordered = 0;
             for at in 0..count {
                 if first(&items[at]) {
@@ -237,8 +227,6 @@ fn cut<const KEYS: usize>(
             }
             return Some(left);
         }
-    } else if count <= MAX_LEAF {
-        return None;
     }
     // All centres are one, or the heuristic's cut would end too deep: halves along the longest axis.
     let axis = (centres[1] - centres[0]).max_position();
@@ -268,9 +256,9 @@ impl Binning {
         place.to_array().map(|place| (place as usize).min(BINS - 1))
     }
 
-    /// The cheapest cut: Σ area × count of the parts, its axis, and the first bin of the second part.
+    /// The cut of least Σ area × count of the parts: its axis and the first bin of the second part.
     /// None where all centres share one bin on every axis.
-    fn best<const KEYS: usize>(&self, items: &[Item<KEYS>]) -> Option<(f32, usize, usize)> {
+    fn best<const KEYS: usize>(&self, items: &[Item<KEYS>]) -> Option<(usize, usize)> {
         let mut bins = [[(Boxes::<KEYS>::EMPTY, 0_usize); BINS]; 3];
         for item in items {
             for (bins, bin) in bins.iter_mut().zip(self.bin(item.boxes.centre())) {
@@ -298,7 +286,7 @@ impl Binning {
                 }
             }
         }
-        best
+        best.map(|(_, axis, border)| (axis, border))
     }
 }
 
