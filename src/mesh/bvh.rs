@@ -25,8 +25,8 @@ use glam::{Vec3, Vec4};
 pub const MAX_DEPTH: usize = 32;
 
 /// The places of the stack that a search needs: a child that is a node lies at least two binary levels
-/// below its parent and leaves at most three others waiting; the last node puts down all four.
-pub const STACK: usize = 3 * (MAX_DEPTH / 2) + 1;
+/// below its parent and leaves at most three others waiting.
+pub const STACK: usize = 3 * (MAX_DEPTH / 2);
 
 /// The bit of a child that is a leaf; the others are its place among the leaves or the nodes.
 pub const LEAF: u32 = 1 << 31;
@@ -105,18 +105,27 @@ impl Bvh {
                 } else {
                     frame.enter(&node.planes)
                 };
-                let below = height;
-                while entered != 0 {
-                    let lane = entered.trailing_zeros() as usize & 3;
+                let mut next_entered = || {
+                    let lane = (entered != 0).then(|| entered.trailing_zeros() as usize & 3)?;
                     entered &= entered - 1;
-                    let near = near[lane];
-                    let mut place = height;
-                    while !ANY && place > below && stack[place - 1].1 < near {
-                        stack[place] = stack[place - 1];
-                        place -= 1;
+                    Some((node.children[lane], near[lane]))
+                };
+                if let Some(mut first) = next_entered() {
+                    let below = height;
+                    while let Some(mut other) = next_entered() {
+                        if other.1 < first.1 {
+                            std::mem::swap(&mut first, &mut other);
+                        }
+                        let mut place = height;
+                        while !ANY && place > below && stack[place - 1].1 < other.1 {
+                            stack[place] = stack[place - 1];
+                            place -= 1;
+                        }
+                        stack[place] = other;
+                        height += 1;
                     }
-                    stack[place] = (node.children[lane], near);
-                    height += 1;
+                    child = first.0;
+                    continue;
                 }
             } else {
                 let place = (child & !LEAF) as usize;

@@ -3,8 +3,12 @@
 
 pub mod bvh;
 pub mod ray;
+pub mod upload;
 
 use glam::{Vec2, Vec3};
+
+/// WGSL twin of [`bvh`] and [`ray`].
+pub const BVH_WGSL: &str = include_str!("bvh.wgsl");
 
 /// Most vertices, and most triangles, of a mesh: a few gigabytes with their hierarchy, and well within
 /// what 32-bit indices count.

@@ -35,7 +35,6 @@ pub struct Hit {
 /// What all triangles and boxes need to know of one ray. Four of either are met at a time, one in each
 /// lane of a vector.
 pub(super) struct RayFrame {
-    pub time: f32,
     pub between: [f32; 2],
     /// The axis along which the ray goes farthest comes last.
     axes: [usize; 3],
@@ -44,8 +43,8 @@ pub(super) struct RayFrame {
     /// S_x, S_y, S_z of the paper.
     shear: [Vec4; 3],
     inverse_direction: [Vec4; 3],
-    /// Which of [`Planes`] the ray enters along x, y and z. It leaves at the others.
-    entered: [usize; 3],
+    /// At which of [`Planes`] the ray enters and leaves along x, y and z.
+    crossed: [[usize; 2]; 3],
     /// The origin, moved ahead and back by what rounding can move a triangle.
     origin_for_near: [Vec4; 3],
     origin_for_far: [Vec4; 3],
@@ -60,7 +59,7 @@ pub type Corners = [[Vec4; 3]; 3];
 impl RayFrame {
     /// The frame of `ray` for triangles and boxes between the corners `min` and `max`.
     pub fn new(ray: &Ray, [min, max]: [Vec3; 2]) -> Self {
-        let Ray { origin, direction, time, between } = *ray;
+        let Ray { origin, direction, between, .. } = *ray;
         let z = direction.abs().max_position();
         let [x, y] = if direction[z] < 0.0 { [z + 2, z + 1] } else { [z + 1, z + 2] };
         let axes = [x % 3, y % 3, z];
@@ -73,13 +72,15 @@ impl RayFrame {
         let ahead = slack.copysign(inverse_direction);
         let lanes = |vector: Vec3| vector.to_array().map(Vec4::splat);
         Self {
-            time,
             between,
             axes,
             origin: axes.map(|axis| Vec4::splat(origin[axis])),
             shear: lanes(shear),
             inverse_direction: lanes(inverse_direction),
-            entered: [0, 1, 2].map(|axis| axis + 3 * usize::from(inverse_direction[axis] < 0.0)),
+            crossed: [0, 1, 2].map(|axis| match inverse_direction[axis] < 0.0 {
+                false => [axis, axis + 3],
+                true => [axis + 3, axis],
+            }),
             origin_for_near: lanes(origin + ahead),
             origin_for_far: lanes(origin - ahead),
         }
@@ -96,11 +97,11 @@ impl RayFrame {
         let mut edges = sides.map(|(p, q)| p[0] * q[1] - p[1] * q[0]);
         let zero = |edge: Vec4| edge.cmpeq(Vec4::ZERO);
         if (zero(edges[0]) | zero(edges[1]) | zero(edges[2])).any() {
-            let double = |p: [Vec4; 3], q: [Vec4; 3]| {
+            edges = [0, 1, 2].map(|k| {
+                let (p, q) = sides[k];
                 let [px, py, qx, qy] = [p[0], p[1], q[0], q[1]].map(Vec4::as_dvec4);
-                (px * qy - py * qx).as_vec4()
-            };
-            edges = sides.map(|(p, q)| double(p, q));
+                Vec4::select(zero(edges[k]), (px * qy - py * qx).as_vec4(), edges[k])
+            });
         }
         let [u, v, w] = edges;
         let determinant = u + v + w;
@@ -122,12 +123,19 @@ impl RayFrame {
         Some((lane, nearest, edges.map(|edge| edge[lane] / determinant[lane])))
     }
 
+    /// Distance and barycentrics of the hit with the triangle of `corners`.
+    #[cfg(test)]
+    pub fn meet_one(&self, corners: [Vec3; 3]) -> Option<(f32, [f32; 3])> {
+        let lanes = corners.map(|corner| corner.to_array().map(Vec4::splat));
+        self.meet(&lanes).map(|(_, distance, barycentrics)| (distance, barycentrics))
+    }
+
     /// Which of four boxes the ray enters before the end of its distances, as bits, and where. Errs only
     /// on the side of entering [Ize2013].
     #[inline]
     pub fn enter(&self, planes: &Planes) -> (u32, Vec4) {
         let slab = |axis: usize| {
-            let [first, last] = [self.entered[axis], (self.entered[axis] + 3) % 6];
+            let [first, last] = self.crossed[axis];
             let inverse = self.inverse_direction[axis];
             let enters = (planes[first] - self.origin_for_near[axis]) * inverse;
             let leaves = (planes[last] - self.origin_for_far[axis]) * inverse;
@@ -152,7 +160,36 @@ mod tests {
     }
 
     fn frame(ray: &Ray) -> RayFrame {
-        RayFrame::new(ray, Vec3::ZERO, Vec3::ONE)
+        RayFrame::new(ray, [Vec3::ZERO, Vec3::ONE])
+    }
+
+    fn meet(ray: &Ray, corners: [Vec3; 3]) -> Option<(f32, [f32; 3])> {
+        frame(ray).meet_one(corners)
+    }
+
+    /// Where the ray enters a box.
+    fn enter(frame: &RayFrame, min: Vec3, max: Vec3) -> Option<f32> {
+        let (lanes, near) =
+            frame.enter(&[min.x, min.y, min.z, max.x, max.y, max.z].map(Vec4::splat));
+        assert!(lanes == 0 || lanes == 15, "{lanes}");
+        (lanes == 15).then_some(near.x)
+    }
+
+    #[test]
+    fn the_nearest_of_four_triangles_is_met_and_every_box_of_its_own() {
+        let forward = ray(Vec3::new(0.25, 0.25, 0.0), Vec3::Z);
+        let depths = [3.0, -1.0, 2.0, 5.0];
+        let flat = |x: f32, y: f32| [Vec4::splat(x), Vec4::splat(y), Vec4::from_array(depths)];
+        let corners = [flat(0.0, 0.0), flat(1.0, 0.0), flat(0.0, 1.0)];
+        assert_eq!(frame(&forward).meet(&corners), Some((2, 2.0, [0.5, 0.25, 0.25])));
+        let [zero, one] = [Vec4::ZERO, Vec4::ONE];
+        let depth = Vec4::from_array(depths);
+        let boxes = [zero, zero, depth, one, one, depth + 0.5];
+        let (lanes, near) = frame(&forward).enter(&boxes);
+        assert_eq!(lanes, 0b1101);
+        assert!(near.abs_diff_eq(depth, 1e-5) || near.y == 0.0, "{near}");
+        let (lanes, _) = frame(&Ray { between: [0.0, 2.5], ..forward }).enter(&boxes);
+        assert_eq!(lanes, 0b0100);
     }
 
     #[test]
@@ -162,11 +199,11 @@ mod tests {
         // At (1, 2, 2): a quarter of the second corner, a half of the third. Twice the direction halves
         // the distance.
         let forward = ray(Vec3::new(1.0, 2.0, -4.0), Vec3::Z * 2.0);
-        assert_eq!(frame(&forward).meet(corners), Some((3.0, [0.25, 0.25, 0.5])));
+        assert_eq!(meet(&forward, corners), Some((3.0, [0.25, 0.25, 0.5])));
         let [a, b, c] = corners;
-        assert_eq!(frame(&forward).meet([a, c, b]), Some((3.0, [0.25, 0.5, 0.25])));
+        assert_eq!(meet(&forward, [a, c, b]), Some((3.0, [0.25, 0.5, 0.25])));
         let backward = ray(Vec3::new(1.0, 2.0, 3.0), -Vec3::Z);
-        assert_eq!(frame(&backward).meet(corners), Some((1.0, [0.25, 0.25, 0.5])));
+        assert_eq!(meet(&backward, corners), Some((1.0, [0.25, 0.25, 0.5])));
         for miss in [
             ray(Vec3::new(1.0, 2.0, -4.0), -Vec3::Z),
             ray(Vec3::new(2.5, 2.0, -4.0), Vec3::Z),
@@ -174,7 +211,7 @@ mod tests {
             Ray { between: [0.0, 3.0], ..forward },
             Ray { between: [3.0, 4.0], ..forward },
         ] {
-            assert_eq!(frame(&miss).meet(corners), None, "{miss:?}");
+            assert_eq!(meet(&miss, corners), None, "{miss:?}");
         }
     }
 
@@ -182,14 +219,14 @@ mod tests {
     fn triangles_without_area_are_not_hit() {
         let forward = ray(Vec3::new(0.5, 0.5, -1.0), Vec3::Z);
         for corners in [[0.0, 0.0, 1.0], [0.0, 0.5, 1.0], [0.5; 3]] {
-            assert_eq!(frame(&forward).meet(corners.map(|x| Vec3::new(x, x, 0.0))), None);
+            assert_eq!(meet(&forward, corners.map(|x| Vec3::new(x, x, 0.0))), None);
         }
     }
 
     #[test]
     fn rays_along_the_faces_of_a_box_enter_it() {
         let enters = |origin: [f32; 3], direction: Vec3| {
-            frame(&ray(Vec3::from(origin), direction)).enter(Vec3::ZERO, Vec3::ONE, f32::INFINITY)
+            enter(&frame(&ray(Vec3::from(origin), direction)), Vec3::ZERO, Vec3::ONE)
         };
         for direction in [Vec3::X, Vec3::new(1.0, -0.0, 0.0), Vec3::new(1.0, 0.0, -0.0)] {
             for (y, z) in [(0.0, 0.5), (1.0, 1.0), (0.5, 0.0), (0.0, 1.0)] {
@@ -219,10 +256,10 @@ mod tests {
             let ray = ray(target + above, -above);
             let [min, max] =
                 [Vec3::min, Vec3::max].map(|of| corners.into_iter().reduce(of).unwrap());
-            let frame = RayFrame::new(&ray, min, max);
-            if frame.meet(corners).is_some() {
+            let frame = RayFrame::new(&ray, [min, max]);
+            if frame.meet_one(corners).is_some() {
                 met += 1;
-                assert!(frame.enter(min, max, f32::INFINITY).is_some(), "{corners:?} {ray:?}");
+                assert!(enter(&frame, min, max).is_some(), "{corners:?} {ray:?}");
             }
         }
         assert!((30_000..70_000).contains(&met), "{met}");

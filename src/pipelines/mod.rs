@@ -2,6 +2,8 @@
 //! Pipelines never import one another. Here is what they have in common: the device they run on.
 
 pub mod distribution_ray_tracing;
+#[cfg(feature = "gpu")]
+pub mod mesh_probe;
 
 use crate::film::Film;
 #[cfg(feature = "gpu")]

@@ -6,6 +6,7 @@
 //! each in the order of its own slice.
 
 use super::{Bvh, Corners, LEAF, Leaf, MAX_DEPTH, Mesh, Node, Planes};
+use crate::mesh::MAX_COORDINATE;
 use glam::{Vec3, Vec4};
 
 /// More triangles are always cut, fewer never: four cost no more than one, or than a node.
@@ -63,8 +64,9 @@ impl<const KEYS: usize> Store<'_, KEYS> {
     fn node(&mut self, tree: &Tree<KEYS>) -> u32 {
         let children = tree.up_to_four();
         let place = self.bvh.nodes.len();
-        // Larger than all else, and the wrong way round: no ray enters it. Were one to, leaf 0 does no harm.
-        const NOWHERE: [Vec3; 2] = [Vec3::MAX, Vec3::MIN];
+        // Beyond all else, and the wrong way round: no ray enters it. Were one to, leaf 0 does no harm.
+        const NOWHERE: [Vec3; 2] =
+            [Vec3::splat(4.0 * MAX_COORDINATE), Vec3::splat(-4.0 * MAX_COORDINATE)];
         let planes = |key: usize| -> Planes {
             std::array::from_fn(|plane| {
                 Vec4::from_array(std::array::from_fn(|lane| {

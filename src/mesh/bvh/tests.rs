@@ -76,10 +76,9 @@ impl Numbers {
 }
 
 fn brute_force(mesh: &Mesh, bvh: &Bvh, ray: &Ray) -> Option<f32> {
-    let (min, max) = bvh.reach();
-    let frame = RayFrame::new(ray, min, max);
+    let frame = RayFrame::new(ray, bvh.reach);
     let meet =
-        |&triangle| frame.meet(mesh.corners(triangle, ray.time)).map(|(distance, _)| distance);
+        |&triangle| frame.meet_one(mesh.corners(triangle, ray.time)).map(|(distance, _)| distance);
     mesh.triangles.iter().filter_map(meet).min_by(f32::total_cmp)
 }
 
@@ -96,9 +95,9 @@ fn the_search_finds_what_brute_force_finds() {
         for _ in 0..150 {
             let ray = numbers.ray(&mesh);
             let truth = brute_force(&mesh, &bvh, &ray);
-            let found = bvh.nearest(&mesh, &ray);
+            let found = bvh.nearest(&ray);
             assert_eq!(found.map(|hit| hit.distance), truth, "{ray:?}");
-            assert_eq!(bvh.any(&mesh, &ray), truth.is_some(), "{ray:?}");
+            assert_eq!(bvh.any(&ray), truth.is_some(), "{ray:?}");
             let Some(hit) = found else { continue };
             hits += 1;
             let corners = mesh.corners(mesh.triangles[hit.triangle as usize], ray.time);
@@ -112,33 +111,49 @@ fn the_search_finds_what_brute_force_finds() {
     assert!(hits > 5000, "{hits}");
 }
 
+/// The children of a node, each with the lower and the upper corner of its box at `time`.
+fn children(bvh: &Bvh, node: u32, time: f32) -> Vec<(u32, Vec3, Vec3)> {
+    let at = node as usize;
+    let Node { planes, children } = bvh.nodes[at];
+    let planes = bvh.end_planes.get(at).map_or(planes, |end| at_time(&planes, end, time));
+    let corner =
+        |lane: usize, k: usize| Vec3::from_array([0, 1, 2].map(|axis| planes[k + axis][lane]));
+    (0..4)
+        .map(|lane| (children[lane], corner(lane, 0), corner(lane, 3)))
+        .filter(|(_, min, max)| min.cmple(*max).all())
+        .collect()
+}
+
+/// The triangles below a child.
+fn below(bvh: &Bvh, child: u32) -> Vec<u32> {
+    match child & LEAF {
+        0 => children(bvh, child, 0.0)
+            .into_iter()
+            .flat_map(|(child, ..)| below(bvh, child))
+            .collect(),
+        _ => bvh.leaves[(child & !LEAF) as usize].triangles.to_vec(),
+    }
+}
+
 /// At any time, to the last bit, and not much larger than needed at the ends of the shutter.
 #[test]
 fn boxes_hold_their_triangles_at_all_times() {
     let mut numbers = Numbers::new(2);
     let mesh = numbers.soup(500, true);
     let bvh = Bvh::new(&mesh);
-    for index in 0..bvh.nodes.len() {
-        let mut inside: Vec<&Face> = vec![];
-        let mut below = vec![index];
-        while let Some(index) = below.pop() {
-            let Node { first, count, .. } = bvh.nodes[index];
-            let first = first as usize;
-            match count as usize {
-                0 => below.extend([first, first + 1]),
-                count => inside.extend(&bvh.faces[first..first + count]),
-            }
-        }
-        let (node, end) = (bvh.nodes[index], bvh.end_boxes[index]);
+    for node in 0..bvh.nodes.len() as u32 {
         for time in [0.0, 1.0, 0.5, numbers.next(), numbers.next(), numbers.next()] {
-            let min = crate::mesh::between(node.min.into(), end.min.into(), time);
-            let max = crate::mesh::between(node.max.into(), end.max.into(), time);
-            let corners =
-                || inside.iter().flat_map(|face: &&Face| mesh.corners(face.vertices, time));
-            let least = corners().fold(Vec3::INFINITY, Vec3::min);
-            let most = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
-            assert!(min.cmple(least).all() && max.cmpge(most).all(), "node {index} at {time}");
-            assert!(time.fract() > 0.0 || (min, max) == (least, most), "node {index} at {time}");
+            for (child, min, max) in children(&bvh, node, time) {
+                let inside = below(&bvh, child);
+                let corners = || {
+                    let corners = |&k: &u32| mesh.corners(mesh.triangles[k as usize], time);
+                    inside.iter().flat_map(corners)
+                };
+                let least = corners().fold(Vec3::INFINITY, Vec3::min);
+                let most = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
+                assert!(min.cmple(least).all() && max.cmpge(most).all(), "{node} at {time}");
+                assert!(time.fract() > 0.0 || (min, max) == (least, most), "{node} at {time}");
+            }
         }
     }
 }
@@ -190,7 +205,7 @@ fn no_ray_slips_through_a_closed_mesh() {
             for target in [a, a.lerp(b, numbers.next()), c.lerp(b, 0.5), (a + b + c) / 3.0] {
                 let direction = target - origin;
                 let ray = Ray { origin, direction, time, between: [0.0, f32::INFINITY] };
-                let hit = bvh.nearest(&mesh, &ray).unwrap_or_else(|| panic!("{ray:?}"));
+                let hit = bvh.nearest(&ray).unwrap_or_else(|| panic!("{ray:?}"));
                 assert!((hit.distance - 1.0).abs() < 1e-3, "{hit:?}");
             }
         }
@@ -207,13 +222,11 @@ fn the_hierarchy_is_the_same_for_any_number_of_threads() {
     assert!(with(1) == with(4));
 }
 
-fn depth(bvh: &Bvh, index: usize) -> usize {
-    match bvh.nodes[index] {
-        Node { first, count: 0, .. } => {
-            1 + depth(bvh, first as usize).max(depth(bvh, first as usize + 1))
-        }
-        _ => 0,
-    }
+/// The most children that ever wait while the search goes through what is below `node`.
+fn waiting(bvh: &Bvh, node: u32) -> usize {
+    let children = children(bvh, node, 0.0);
+    let inner = children.iter().filter(|(child, ..)| child & LEAF == 0);
+    children.len() - 1 + inner.map(|&(child, ..)| waiting(bvh, child)).max().unwrap_or(0)
 }
 
 /// Each triangle half as large as the one before: the heuristic alone would peel them off one by one.
@@ -228,27 +241,33 @@ fn no_hierarchy_is_deeper_than_the_stack() {
     let mesh = Mesh { positions, triangles, ..Mesh::default() };
     mesh.check("nest").unwrap();
     let bvh = Bvh::new(&mesh);
-    let depth = depth(&bvh, 0);
-    assert!(depth > 20 && depth <= MAX_DEPTH, "{depth}");
-    let all_small = |bvh: &Bvh| bvh.nodes.iter().all(|node| node.count <= 4);
-    assert!(all_small(&bvh));
+    let waiting_here = waiting(&bvh, 0);
+    assert!(waiting_here > 20 && waiting_here <= STACK, "{waiting_here}");
     // All at one place, there is nothing to choose by.
     let same = Mesh { triangles: vec![[0, 1, 2]; 1000], ..mesh };
-    assert!(all_small(&Bvh::new(&same)));
+    let bvh = Bvh::new(&same);
+    assert!(bvh.leaves.len() == 256 && waiting(&bvh, 0) <= STACK);
 }
 
 #[test]
-fn a_mesh_at_rest_has_one_box_per_node_and_every_triangle_once() {
-    let mesh = Numbers::new(5).soup(1000, false);
+fn a_mesh_at_rest_has_one_box_per_child_and_every_triangle_in_one_leaf() {
+    let mesh = Numbers::new(5).soup(1001, false);
     let bvh = Bvh::new(&mesh);
-    assert!(bvh.end_boxes.is_empty());
-    let mut triangles: Vec<u32> = bvh.faces.iter().map(|face| face.triangle).collect();
-    triangles.sort_unstable();
-    assert!(triangles.into_iter().eq(0..1000));
-    for face in &bvh.faces {
-        assert_eq!(face.vertices, mesh.triangles[face.triangle as usize]);
+    assert!(bvh.end_planes.is_empty() && bvh.end_corners.is_empty());
+    let mut all = vec![];
+    for leaf in &bvh.leaves {
+        for (lane, &triangle) in leaf.triangles.iter().enumerate() {
+            let corners = mesh.corners(mesh.triangles[triangle as usize], 0.0);
+            for (corner, lanes) in corners.iter().zip(&leaf.corners) {
+                assert_eq!(lanes.map(|along| along[lane]), corner.to_array());
+            }
+        }
+        let mut triangles = leaf.triangles.to_vec();
+        triangles.dedup();
+        all.extend(triangles);
     }
-    // As WGSL lays them out: vectors of three fill up to 16 bytes with the word that follows.
-    assert_eq!((size_of::<Node>(), size_of::<EndBox>(), size_of::<Face>()), (32, 32, 16));
-    assert_eq!((std::mem::offset_of!(Node, max), std::mem::offset_of!(EndBox, max)), (16, 16));
+    all.sort_unstable();
+    assert!(all.into_iter().eq(0..1001));
+    // As WGSL counts them.
+    assert_eq!((size_of::<Node>(), size_of::<Leaf>()), (7 * 16, 10 * 16));
 }
