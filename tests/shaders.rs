@@ -2,8 +2,10 @@
 //! the same places.
 
 use shutterlab::gpu::shader::join;
+use shutterlab::mesh::upload::MeshRange;
 use shutterlab::pipelines::distribution_ray_tracing::FrameParams;
 use shutterlab::pipelines::distribution_ray_tracing::compute::{EnvironmentParams, WGSL};
+use shutterlab::pipelines::mesh_probe;
 use shutterlab::shading::material::Material;
 use std::collections::BTreeMap;
 
@@ -57,8 +59,25 @@ fn layouts_in_rust() -> Vec<(&'static str, Layout)> {
     ]
 }
 
-fn module() -> naga::Module {
-    let source = join(WGSL);
+fn mesh_layouts_in_rust() -> Vec<(&'static str, Layout)> {
+    vec![layout!(MeshRange {
+        min,
+        nodes,
+        max,
+        end_nodes,
+        leaves,
+        end_leaves,
+        faces,
+        vertices,
+        end_vertices,
+        normals,
+        texture_coordinates,
+        padding,
+    })]
+}
+
+fn module(parts: &[&str]) -> naga::Module {
+    let source = join(parts);
     let module = naga::front::wgsl::parse_str(&source)
         .unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
     let mut validator = naga::valid::Validator::new(
@@ -82,11 +101,14 @@ fn layout_in_wgsl(module: &naga::Module, name: &str) -> Layout {
 
 #[test]
 fn structs_are_laid_out_alike() {
-    let module = module();
-    for (name, (size, fields)) in layouts_in_rust() {
-        let wgsl_name = if name == "EnvironmentParams" { "Environment" } else { name };
-        let (wgsl_size, wgsl_fields) = layout_in_wgsl(&module, wgsl_name);
-        assert_eq!(fields, wgsl_fields, "{name}");
-        assert!(wgsl_size <= size, "{name}: {wgsl_size} bytes in WGSL, {size} in Rust");
+    for (parts, layouts) in [(WGSL, layouts_in_rust()), (mesh_probe::WGSL, mesh_layouts_in_rust())]
+    {
+        let module = module(parts);
+        for (name, (size, fields)) in layouts {
+            let wgsl_name = if name == "EnvironmentParams" { "Environment" } else { name };
+            let (wgsl_size, wgsl_fields) = layout_in_wgsl(&module, wgsl_name);
+            assert_eq!(fields, wgsl_fields, "{name}");
+            assert!(wgsl_size <= size, "{name}: {wgsl_size} bytes in WGSL, {size} in Rust");
+        }
     }
 }
