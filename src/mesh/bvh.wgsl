@@ -4,7 +4,7 @@
 // Two things differ from the twin. Where an edge function is 0 in single precision there is no double
 // precision to ask, and 0 counts as inside: a ray within rounding of an edge meets the triangles on both
 // sides of it, so nothing is lost, but which of the two is told may differ. And boxes that a ray enters
-// within two units in the last place of one another may be searched in another order. A driver that
+// within four units in the last place of one another may be searched in another order. A driver that
 // fuses a product and a sum, which WGSL allows and Mesa's software adapter does not do, lets
 // neighbours round their common edge apart, and a ray may slip through within the last bit.
 //
@@ -112,9 +112,9 @@ fn mesh_search(
 ) -> MeshHit {
     let ray = mesh_ray(mesh, origin, direction);
     var hit = MeshHit(MESH_NONE, min(between.y, MESH_FAR), vec3f(0.0));
-    // What is to be searched, and where the ray enters it, the nearest on top.
+    // What is to be searched, the nearest on top. The twin also keeps where the ray enters it, to pass it by
+    // once something nearer is hit; writing that down here costs what it saves.
     var children: array<u32, MESH_STACK>;
-    var nears: array<f32, MESH_STACK>;
     var height = 0u;
     var child = 0u;
     // Loops end at their bottom, and all rays that are searched side by side go down to a leaf before
@@ -125,11 +125,12 @@ fn mesh_search(
                 let entered = mesh_enter(mesh, ray, child, time, vec2f(between.x, hit.distance));
                 let below = geometry[mesh.nodes + 7u * child + 6u];
                 // Farthest first. A place without a child is written and not kept.
-                for (var k = 3u; k > 0u; k--) {
-                    children[height] = mesh_pick(below, entered[k]);
-                    nears[height] = bitcast<f32>(entered[k] & ~3u);
-                    height += select(1u, 0u, entered[k] == MESH_NONE);
-                }
+                children[height] = mesh_pick(below, entered.w);
+                height += select(1u, 0u, entered.w == MESH_NONE);
+                children[height] = mesh_pick(below, entered.z);
+                height += select(1u, 0u, entered.z == MESH_NONE);
+                children[height] = mesh_pick(below, entered.y);
+                height += select(1u, 0u, entered.y == MESH_NONE);
                 child = mesh_pick(below, entered.x);
                 if entered.x == MESH_NONE {
                     child = MESH_NONE;
@@ -149,11 +150,9 @@ fn mesh_search(
             if any && hit.face != MESH_NONE {
                 height = 0u;
             }
-            while height > 0u && child == MESH_NONE {
+            if height > 0u {
                 height--;
-                if nears[height] < hit.distance {
-                    child = children[height];
-                }
+                child = children[height];
             }
         }
         if child == MESH_NONE {

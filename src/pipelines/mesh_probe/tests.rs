@@ -65,8 +65,9 @@ fn gpu() -> Option<Gpu> {
     }
 }
 
-/// All but one ray in a thousand find the same: those within rounding of an outline, or of where their
-/// distances end. Where several triangles share the nearest point, one in ten may tell another of them.
+/// All but one ray in a thousand find something at the same distance or nothing: those apart pass within
+/// rounding of an outline, or of where their distances end. Of the hits, one in a thousand may tell another
+/// triangle around the same edge or corner.
 #[test]
 fn the_twins_find_the_same() {
     let Some(gpu) = gpu() else { return };
@@ -92,8 +93,7 @@ fn the_twins_find_the_same() {
                 _ => apart += 1,
             }
         }
-        println!("{apart} {others} {hits}");
-        assert!(hits > 20_000 && apart <= 30 && others <= hits / 10, "{apart} {others} {hits}");
+        assert!(hits > 20_000 && apart <= 30 && others <= hits / 1000, "{apart} {others} {hits}");
     }
 }
 
