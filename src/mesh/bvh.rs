@@ -6,20 +6,20 @@
 //! one box around the whole motion. The boxes at the closing are an array of their own, empty for a
 //! mesh at rest.
 //!
-//! A node has up to four children, met by one ray at a time in the four lanes of a vector, and so
-//! has a leaf up to four triangles. The search goes into the nearest child first and keeps the others on a
-//! stack: a search without a stack would have to follow a fixed order, and look at more boxes beyond the
-//! nearest hit, or climb through parents. The builder keeps the hierarchy so flat that
+//! A node has up to four children, which a ray meets at once in the lanes of a vector, and a leaf has up
+//! to four triangles [Dammertz2008]. The search goes into the nearest child first and keeps the others
+//! on a stack: a search without a stack would have to follow a fixed order, and look at more boxes
+//! beyond the nearest hit, or climb through parents. The builder keeps the hierarchy so flat that
 //! [`STACK`] places are enough for every mesh.
 //!
 //! Nodes and leaves are vectors of four words, to be uploaded as they are.
 
 mod build;
 
-use super::Mesh;
 use super::ray::{Corners, Hit, Planes, Ray, RayFrame};
+use super::{Mesh, between};
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 /// No leaf lies deeper under the root of the binary hierarchy that the wide one is made of.
 pub const MAX_DEPTH: usize = 32;
@@ -101,9 +101,10 @@ impl Bvh {
             if child & LEAF == 0 {
                 let node = &self.nodes[child as usize];
                 let (mut entered, near) = if MOVES {
-                    frame.enter(&at_time(&node.planes, &self.end_planes[child as usize], ray.time))
+                    let end = &self.end_planes[child as usize];
+                    frame.enter(|k| between(node.planes[k], end[k], ray.time))
                 } else {
-                    frame.enter(&node.planes)
+                    frame.enter(|k| node.planes[k])
                 };
                 let mut next_entered = || {
                     let lane = (entered != 0).then(|| entered.trailing_zeros() as usize & 3)?;
@@ -130,12 +131,12 @@ impl Bvh {
             } else {
                 let place = (child & !LEAF) as usize;
                 let leaf = &self.leaves[place];
+                let start = &leaf.corners;
                 let met = if MOVES {
-                    let [start, end] = [&leaf.corners, &self.end_corners[place]];
-                    let corner = |k: usize| at_time(&start[k], &end[k], ray.time);
-                    frame.meet(&[corner(0), corner(1), corner(2)])
+                    let end = &self.end_corners[place];
+                    frame.meet(|corner, k| between(start[corner][k], end[corner][k], ray.time))
                 } else {
-                    frame.meet(&leaf.corners)
+                    frame.meet(|corner, k| start[corner][k])
                 };
                 if let Some((lane, distance, barycentrics)) = met {
                     frame.between[1] = distance;
@@ -158,12 +159,6 @@ impl Bvh {
             }
         }
     }
-}
-
-/// Numbers at `time`, on their straight way from `start` to `end`.
-#[inline]
-fn at_time<const N: usize>(start: &[Vec4; N], end: &[Vec4; N], time: f32) -> [Vec4; N] {
-    std::array::from_fn(|k| super::between(start[k], end[k], time))
 }
 
 #[cfg(test)]

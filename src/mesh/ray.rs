@@ -87,10 +87,11 @@ impl RayFrame {
     }
 
     /// The nearest hit with one of four triangles, from either side: its lane, distance and barycentrics.
+    /// `along` tells where a corner of [`Corners`] lies along an axis.
     #[inline]
-    pub fn meet(&self, corners: &Corners) -> Option<(usize, f32, [f32; 3])> {
-        let [a, b, c] = corners.each_ref().map(|corner| {
-            let [x, y, z] = [0, 1, 2].map(|k| corner[self.axes[k]] - self.origin[k]);
+    pub fn meet(&self, along: impl Fn(usize, usize) -> Vec4) -> Option<(usize, f32, [f32; 3])> {
+        let [a, b, c] = [0, 1, 2].map(|corner| {
+            let [x, y, z] = [0, 1, 2].map(|k| along(corner, self.axes[k]) - self.origin[k]);
             [x - self.shear[0] * z, y - self.shear[1] * z, self.shear[2] * z]
         });
         let sides = [(c, b), (a, c), (b, a)];
@@ -127,18 +128,19 @@ impl RayFrame {
     #[cfg(test)]
     pub fn meet_one(&self, corners: [Vec3; 3]) -> Option<(f32, [f32; 3])> {
         let lanes = corners.map(|corner| corner.to_array().map(Vec4::splat));
-        self.meet(&lanes).map(|(_, distance, barycentrics)| (distance, barycentrics))
+        self.meet(|corner, axis| lanes[corner][axis])
+            .map(|(_, distance, barycentrics)| (distance, barycentrics))
     }
 
     /// Which of four boxes the ray enters before the end of its distances, as bits, and where. Errs only
-    /// on the side of entering [Ize2013].
+    /// on the side of entering [Ize2013]. `plane` tells one of [`Planes`].
     #[inline]
-    pub fn enter(&self, planes: &Planes) -> (u32, Vec4) {
+    pub fn enter(&self, plane: impl Fn(usize) -> Vec4) -> (u32, Vec4) {
         let slab = |axis: usize| {
             let [first, last] = self.crossed[axis];
             let inverse = self.inverse_direction[axis];
-            let enters = (planes[first] - self.origin_for_near[axis]) * inverse;
-            let leaves = (planes[last] - self.origin_for_far[axis]) * inverse;
+            let enters = (plane(first) - self.origin_for_near[axis]) * inverse;
+            let leaves = (plane(last) - self.origin_for_far[axis]) * inverse;
             (enters, leaves)
         };
         let [x, y, z] = [slab(0), slab(1), slab(2)];
@@ -169,8 +171,8 @@ mod tests {
 
     /// Where the ray enters a box.
     fn enter(frame: &RayFrame, min: Vec3, max: Vec3) -> Option<f32> {
-        let (lanes, near) =
-            frame.enter(&[min.x, min.y, min.z, max.x, max.y, max.z].map(Vec4::splat));
+        let planes = [min.x, min.y, min.z, max.x, max.y, max.z];
+        let (lanes, near) = frame.enter(|plane| Vec4::splat(planes[plane]));
         assert!(lanes == 0 || lanes == 15, "{lanes}");
         (lanes == 15).then_some(near.x)
     }
@@ -181,14 +183,17 @@ mod tests {
         let depths = [3.0, -1.0, 2.0, 5.0];
         let flat = |x: f32, y: f32| [Vec4::splat(x), Vec4::splat(y), Vec4::from_array(depths)];
         let corners = [flat(0.0, 0.0), flat(1.0, 0.0), flat(0.0, 1.0)];
-        assert_eq!(frame(&forward).meet(&corners), Some((2, 2.0, [0.5, 0.25, 0.25])));
+        assert_eq!(
+            frame(&forward).meet(|corner, axis| corners[corner][axis]),
+            Some((2, 2.0, [0.5, 0.25, 0.25]))
+        );
         let [zero, one] = [Vec4::ZERO, Vec4::ONE];
         let depth = Vec4::from_array(depths);
         let boxes = [zero, zero, depth, one, one, depth + 0.5];
-        let (lanes, near) = frame(&forward).enter(&boxes);
+        let (lanes, near) = frame(&forward).enter(|plane| boxes[plane]);
         assert_eq!(lanes, 0b1101);
         assert!(near.abs_diff_eq(depth, 1e-5) || near.y == 0.0, "{near}");
-        let (lanes, _) = frame(&Ray { between: [0.0, 2.5], ..forward }).enter(&boxes);
+        let (lanes, _) = frame(&Ray { between: [0.0, 2.5], ..forward }).enter(|plane| boxes[plane]);
         assert_eq!(lanes, 0b0100);
     }
 

@@ -1,5 +1,7 @@
 //! Building the hierarchy: from the root down, each node is cut where the surface area heuristic,
-//! evaluated at the borders of a few bins, expects the least work [Wald2007].
+//! evaluated at the borders of a few bins, expects the least work [Wald2007]. This binary hierarchy is
+//! then folded: a node's grandchildren become its children, and its leaves hold up to four triangles
+//! [Dammertz2008].
 //!
 //! The area of a moving box is its mean over the shutter; its extents are linear in time, so Simpson's
 //! rule is exact. No step depends on the number of threads: halves are built side by side, and

@@ -115,7 +115,9 @@ fn the_search_finds_what_brute_force_finds() {
 fn children(bvh: &Bvh, node: u32, time: f32) -> Vec<(u32, Vec3, Vec3)> {
     let at = node as usize;
     let Node { planes, children } = bvh.nodes[at];
-    let planes = bvh.end_planes.get(at).map_or(planes, |end| at_time(&planes, end, time));
+    let planes = bvh.end_planes.get(at).map_or(planes, |end| {
+        std::array::from_fn(|plane| between(planes[plane], end[plane], time))
+    });
     let corner =
         |lane: usize, k: usize| Vec3::from_array([0, 1, 2].map(|axis| planes[k + axis][lane]));
     (0..4)

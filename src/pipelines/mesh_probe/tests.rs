@@ -43,12 +43,12 @@ fn rays(mesh: &Mesh, count: u32) -> Vec<Ray> {
             _ => a.lerp(b, u).lerp(c, v),
         };
         let origin = 3.0 * (2.0 * Vec3::new(x, y, z) - 1.0);
-        let direction = match at % 3 {
-            0 => [Vec3::X, Vec3::NEG_Y, Vec3::Z][at as usize / 3 % 3],
-            _ => target - origin,
+        let axis = [Vec3::X, Vec3::NEG_Y, Vec3::Z][at as usize / 3 % 3];
+        let (origin, direction) = match at % 3 {
+            0 => (target - 2.0 * axis, axis),
+            _ => (origin, target - origin),
         };
-        let origin = if at % 3 == 0 { target - 2.0 * direction } else { origin };
-        let end = if at % 2 == 0 { f32::INFINITY } else { 1.5 * v };
+        let end = [f32::INFINITY, 1.5 * v][at as usize % 2];
         Ray { origin, direction, time, between: [0.1 * u, end] }
     };
     (0..count).map(ray).collect()
