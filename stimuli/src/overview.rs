@@ -9,6 +9,7 @@ use crate::stimulus::Stimulus;
 use font8x8::{BASIC_FONTS, UnicodeFonts};
 use indexmap::{IndexMap, IndexSet};
 use shutterlab_data_schema::files::write_atomically;
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 /// Name of the contact sheet.
@@ -37,10 +38,29 @@ pub fn write(folder: &Path) -> Result<Option<[PathBuf; 2]>, SequenceError> {
     if sequences.is_empty() {
         return Ok(None);
     }
+    sequences.sort_by(|a, b| natural(&folder_name(a)).cmp(&natural(&folder_name(b))));
     let [sheet, page] = [SHEET, PAGE].map(|name| folder.join(name));
     write_atomically(&sheet, &contact_sheet(&sequences)?.to_png()?)?;
     write_atomically(&page, index_page(&sequences).as_bytes())?;
     Ok(Some([sheet, page]))
+}
+
+fn folder_name(sequence: &Sequence) -> Cow<'_, str> {
+    sequence.folder.file_name().unwrap_or_default().to_string_lossy()
+}
+
+/// What puts names in the order in which one counts, A2 before A10: runs of digits by their value, the
+/// rest letter by letter, numbers before letters. Where only leading zeros differ, the name decides.
+fn natural(name: &str) -> (Vec<(usize, &[u8])>, &str) {
+    let runs = name.as_bytes().chunk_by(|a, b| a.is_ascii_digit() == b.is_ascii_digit());
+    let keys = runs.map(|run| {
+        if !run[0].is_ascii_digit() {
+            return (usize::MAX, run);
+        }
+        let zeros = run.iter().take_while(|digit| **digit == b'0').count();
+        (run.len() - zeros, &run[zeros..])
+    });
+    (keys.collect(), name)
 }
 
 /// One block of the sheet: sequences that differ in the axes of its rows and columns alone.
@@ -70,7 +90,7 @@ fn contact_sheet(sequences: &[Sequence]) -> Result<EncodedImage, SequenceError> 
     let levels = |axis: usize| -> IndexSet<&str> {
         let mut levels: Vec<&str> =
             blocks.values().flat_map(|block| block.cells.keys().map(|cell| cell[axis])).collect();
-        levels.sort_unstable();
+        levels.sort_unstable_by(|a, b| natural(a).cmp(&natural(b)));
         levels.into_iter().collect()
     };
     let [rows, columns] = [levels(0), levels(1)];
@@ -165,7 +185,7 @@ fn index_page(sequences: &[Sequence]) -> String {
         .map(|sequence| {
             let stimulus = &sequence.manifest.stimulus;
             serde_json::json!({
-                "folder": sequence.folder.file_name().unwrap_or_default().to_string_lossy(),
+                "folder": folder_name(sequence),
                 "grid": sequence.manifest.grid,
                 "levels": stimulus.levels,
                 "exemplar": stimulus.exemplar,
@@ -193,6 +213,13 @@ mod tests {
         canvas.picture(1, 1, &image, 2);
         let red: Vec<u8> = canvas.0.bytes.iter().step_by(3).copied().collect();
         assert_eq!(red, [255, 255, 255, 10, 255, 25, 255, 30]);
+    }
+
+    #[test]
+    fn names_are_in_the_order_in_which_one_counts() {
+        let mut names = ["A10-T2", "B1", "A2-T10", "A02", "A2", "A2-T9", "A", "10", "9"];
+        names.sort_by(|a, b| natural(a).cmp(&natural(b)));
+        assert_eq!(names, ["9", "10", "A", "A02", "A2", "A2-T9", "A2-T10", "A10-T2", "B1"]);
     }
 
     #[test]
