@@ -51,6 +51,11 @@ impl UsageError {
     }
 }
 
+/// How many: `1 frame`, `2 frames`.
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 /// Prints results to stdout. A reader that has heard enough, such as `head`, is no error.
 fn say(text: &str) -> anyhow::Result<()> {
     match writeln!(std::io::stdout().lock(), "{}", text.trim_end_matches('\n')) {

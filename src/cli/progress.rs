@@ -1,5 +1,6 @@
 //! How far a render is: a bar on a terminal, a line per sequence elsewhere; and Ctrl-C.
 
+use super::counted;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use shutterlab_stimuli::generate::{Progress, passes};
 use shutterlab_stimuli::{Sequence, Stimulus};
@@ -61,14 +62,14 @@ impl RenderProgress {
         }
     }
 
-    /// Time left at the speed so far; nothing before the first frame is rendered.
-    fn time_left(&self) -> String {
+    /// Time left at the speed so far; none before the first frame is rendered or after the last.
+    fn time_left(&self) -> Option<String> {
         if self.paths_rendered == 0.0 || self.paths_done >= self.paths {
-            return String::new();
+            return None;
         }
         let seconds = self.started.elapsed().as_secs_f64() / self.paths_rendered
             * (self.paths - self.paths_done);
-        format!("{} left", HumanDuration(Duration::from_secs_f64(seconds.max(0.0))))
+        Some(format!("{} left", HumanDuration(Duration::from_secs_f64(seconds.max(0.0)))))
     }
 }
 
@@ -93,28 +94,23 @@ impl Progress for RenderProgress {
         if rendered {
             self.paths_rendered += cost;
         }
-        self.bar.set_message(format!(
-            "{}/{} {}",
-            self.finished.len() + 1,
-            self.sequences,
-            stimulus.id
-        ));
-        self.bar.set_prefix(self.time_left());
+        let count = format!("{}/{}", self.finished.len() + 1, self.sequences);
+        self.bar.set_message(format!("{count} {}", stimulus.folder_name()));
+        self.bar.set_prefix(self.time_left().unwrap_or_default());
         self.bar.set_position((1000.0 * self.paths_done / self.paths) as u64);
     }
 
     fn sequence(&mut self, sequence: &Sequence, rendered: usize) {
         self.finished.push(sequence.clone());
         if self.bar.is_hidden() {
-            let what = if rendered == 0 {
-                "was finished".into()
-            } else {
-                format!("{rendered} frames rendered")
-            };
             let count = format!("{}/{}", self.finished.len(), self.sequences);
-            let line =
-                format!("{count} {}: {what} {}", sequence.manifest.stimulus.id, self.time_left());
-            eprintln!("{}", line.trim_end());
+            let name = sequence.manifest.stimulus.folder_name();
+            let what = match rendered {
+                0 => "was finished".into(),
+                _ => format!("{} rendered", counted(rendered, "frame")),
+            };
+            let left = self.time_left().map_or(String::new(), |left| format!(", {left}"));
+            eprintln!("{count} {name}: {what}{left}");
         }
         if self.finished.len() == self.sequences {
             self.bar.finish_and_clear();

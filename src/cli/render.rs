@@ -1,7 +1,7 @@
 //! `shutterlab render`: sequences of a grid, with manifests.
 
 use super::progress::RenderProgress;
-use super::{UsageError, say, slurm};
+use super::{UsageError, counted, say, slurm};
 use crate::pipelines::DeviceChoice;
 use crate::render::Renderer;
 use crate::scene::import::image::light_map;
@@ -166,8 +166,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         say(&format!("{:#}", serde_json::Value::from(list)))?;
     } else {
         for (sequence, manifest) in described {
-            let (folder, frames) = (sequence.folder.display(), manifest.frames.len());
-            say(&format!("{folder}  {frames} frames  sha256 {}", &manifest.sha256[..16]))?;
+            let frames = counted(manifest.frames.len(), "frame");
+            let folder = sequence.folder.display();
+            say(&format!("{folder}  {frames}  sha256 {}", &manifest.sha256[..16]))?;
         }
     }
     Ok(())
