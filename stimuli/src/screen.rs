@@ -203,6 +203,7 @@ pub fn figure(comparisons: &[Comparison]) -> String {
     let width = side.max(440);
     let mut marks = String::new();
     for (place, name) in names.iter().enumerate() {
+        let name = name.replace('&', "&amp;").replace('<', "&lt;");
         let middle = label + CELL * place + CELL / 2;
         marks += &format!(
             "<text x=\"{}\" y=\"{}\" text-anchor=\"end\">{name}</text>\n",
@@ -278,6 +279,22 @@ mod tests {
         assert_eq!(all(&none), (10.0, 0.0, f64::INFINITY));
         let (a, b) = (all(&some), all(&much));
         assert!(a.0 < 10.0 && b.0 < a.0 && a.1 > 0.0 && b.1 > a.1 && b.2 < a.2, "{a:?} {b:?}");
+    }
+
+    /// A folder may have any name.
+    #[test]
+    fn the_figure_spells_names_as_text() {
+        let row = Comparison {
+            reference: "a&b".into(),
+            test: "<i>".into(),
+            reference_sha256: String::new(),
+            test_sha256: String::new(),
+            cvvdp_jod: 9.0,
+            flip_mean: 0.1,
+            psnr_db: 30.0,
+        };
+        let svg = figure(&[row]);
+        assert!(svg.contains(">a&amp;b</text>") && svg.contains(">&lt;i></text>"), "{svg}");
     }
 
     /// A difference of ten code values everywhere is 28.13 dB.
