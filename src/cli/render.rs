@@ -139,7 +139,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let finished = render(&request, args.device.into())?;
     if args.video {
         for sequence in &finished {
-            video::write(sequence)?;
+            video::write(&sequence.folder)?;
         }
     }
     match overview::write(&args.out) {

@@ -26,8 +26,7 @@ impl Asset {
     /// # Errors
     /// It cannot be read.
     pub fn open(source: &Path) -> io::Result<Self> {
-        let bytes = std::fs::read(source).map_err(|e| named(source, &e))?;
-        Ok(Self { source: source.into(), sha256: hex(&Sha256::digest(bytes)) })
+        Ok(Self { source: source.into(), sha256: sha256(source)? })
     }
 
     /// Copies the file to the assets of the sequences in `out`, unless it is there.
@@ -46,6 +45,12 @@ impl Asset {
         create_folder(&out.join(FOLDER))?;
         write_atomically(&file, &bytes)
     }
+}
+
+/// SHA-256 of the bytes of the file at `path`, in hexadecimal.
+pub(crate) fn sha256(path: &Path) -> io::Result<String> {
+    let bytes = std::fs::read(path).map_err(|e| named(path, &e))?;
+    Ok(hex(&Sha256::digest(bytes)))
 }
 
 /// Where the file called `name` with this hash is kept beside the sequences in `out`.

@@ -2,12 +2,16 @@
 //! stopped and what is finished is never rendered again. Stimuli that differ in nothing but the number
 //! of samples are made together: one pass over the samples of a frame yields it at every level.
 
-use crate::frames::{EncodedImage, LinearImage};
-use crate::manifest::{self, Device, Frame, Manifest, Sequence, SequenceError, frame_path, json};
+use crate::assets;
+use crate::frames::{EncodedImage, LinearImage, hex};
+use crate::manifest::{
+    self, Device, Frame, Manifest, Sequence, SequenceError, exr_path, frame_path, json,
+};
 use crate::stereo::beside;
 use crate::stimulus::Stimulus;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 use shutterlab_data_schema::files::{create_folder, named, write_atomically};
 use std::io;
 use std::ops::Range;
@@ -199,11 +203,6 @@ impl Request<'_> {
     }
 }
 
-/// The linear image of frame number `index` in a sequence folder.
-fn exr_path(folder: &Path, index: u32) -> PathBuf {
-    folder.join(format!("frame-{index:04}.exr"))
-}
-
 /// The stimuli in groups that one pass over the samples yields together, in their order; within a
 /// group the number of samples ascends.
 pub fn passes(stimuli: &[Stimulus]) -> Vec<Vec<&Stimulus>> {
@@ -224,6 +223,8 @@ struct Unfinished<'a> {
     folder: PathBuf,
     origin: Origin,
     frames: Vec<Frame>,
+    /// The manifest that is there already, of fewer frames.
+    before: Option<Manifest>,
     /// How many of the frames this run rendered.
     rendered: usize,
     /// Keeps other processes away.
@@ -303,8 +304,9 @@ impl<'a> Unfinished<'a> {
             render_seconds: finished.as_ref().map_or(0.0, |s| s.manifest.render_seconds),
         };
         claim(&folder, finished.as_ref(), &mut origin)?;
-        let frames = finished.map_or(vec![], |sequence| sequence.manifest.frames);
-        Ok(Some(Self { stimulus, folder, origin, frames, rendered: 0, _lock: lock }))
+        let before = finished.map(|sequence| sequence.manifest);
+        let frames = before.as_ref().map_or(vec![], |manifest| manifest.frames.clone());
+        Ok(Some(Self { stimulus, folder, origin, frames, before, rendered: 0, _lock: lock }))
     }
 
     /// Whether frame number `index` is there already, finished or left by an interrupted run.
@@ -320,7 +322,8 @@ impl<'a> Unfinished<'a> {
             if [image.width, image.height] != self.stimulus.frame_size_px() {
                 return false;
             }
-            self.frames.push(Frame { index, sha256: image.sha256() });
+            let exr_sha256 = assets::sha256(&exr_path(&self.folder, index)).ok();
+            self.frames.push(Frame { index, sha256: image.sha256(), exr_sha256 });
         }
         progress.frame(self.stimulus, false);
         true
@@ -334,9 +337,12 @@ impl<'a> Unfinished<'a> {
         views: &[LinearImage],
         seconds: f64,
     ) -> Result<(), GenerateError> {
+        let mut exr_sha256 = None;
         if request.exr {
             let linear = views[1..].iter().fold(views[0].clone(), |all, view| beside(&all, view));
-            write_atomically(&exr_path(&self.folder, index), &linear.to_exr()?)?;
+            let bytes = linear.to_exr()?;
+            write_atomically(&exr_path(&self.folder, index), &bytes)?;
+            exr_sha256 = Some(hex(&Sha256::digest(bytes)));
         }
         let image = self.stimulus.encode(views);
         write_atomically(&frame_path(&self.folder, index), &image.to_png()?)?;
@@ -344,7 +350,7 @@ impl<'a> Unfinished<'a> {
         write_atomically(&self.folder.join(ORIGIN_FILE), json(&self.origin).as_bytes())?;
         // A frame may be there already and lack its linear image alone.
         self.frames.retain(|frame| frame.index != index);
-        self.frames.push(Frame { index, sha256: image.sha256() });
+        self.frames.push(Frame { index, sha256: image.sha256(), exr_sha256 });
         self.rendered += 1;
         Ok(())
     }
@@ -352,15 +358,19 @@ impl<'a> Unfinished<'a> {
     /// Writes the manifest.
     fn finish(mut self, grid: &str, progress: &mut dyn Progress) -> Result<(), GenerateError> {
         self.frames.sort_by_key(|frame| frame.index);
+        let sha256 = Manifest::hash(self.stimulus, &self.frames);
+        // A video of other frames is not this sequence's.
+        let of_these_frames = self.before.filter(|before| before.sha256 == sha256);
         let manifest = Manifest {
             schema: 1,
             grid: grid.into(),
-            sha256: Manifest::hash(self.stimulus, &self.frames),
+            sha256,
             stimulus: self.stimulus.clone(),
             frames: self.frames,
             program_version: self.origin.program_version,
             device: self.origin.device,
             render_seconds: self.origin.render_seconds,
+            video_sha256: of_these_frames.and_then(|before| before.video_sha256),
         };
         manifest.write(&self.folder)?;
         let origin_file = self.folder.join(ORIGIN_FILE);
@@ -436,7 +446,7 @@ fn claim(
 }
 
 /// Keeps other processes away from `folder` for as long as the file returned is open.
-fn lock(folder: &Path) -> Result<std::fs::File, GenerateError> {
+pub(crate) fn lock(folder: &Path) -> Result<std::fs::File, GenerateError> {
     let path = folder.join(".lock");
     let file = std::fs::File::create(&path).map_err(|e| named(&path, &e))?;
     match file.try_lock() {

@@ -3,6 +3,7 @@
 
 use crate::frames::{EncodedImage, FrameError, hex};
 use crate::stimulus::Stimulus;
+use crate::{assets, video};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use shutterlab_data_schema::files::write_atomically;
@@ -30,8 +31,12 @@ pub struct Manifest {
     pub program_version: String,
     /// What rendered the frames.
     pub device: Device,
-    /// Wall time spent on rendering the frames. The only entry that may differ between two runs.
+    /// Wall time spent on rendering the frames. With the video's hash, which depends on ffmpeg, the only
+    /// entry that may differ between two runs.
     pub render_seconds: f64,
+    /// SHA-256 of the video's file, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub video_sha256: Option<String>,
 }
 
 /// One frame of a sequence.
@@ -42,6 +47,9 @@ pub struct Frame {
     pub index: u32,
     /// SHA-256 of its pixels' bytes (8-bit RGB, row by row from the top left).
     pub sha256: String,
+    /// SHA-256 of the file of its linear image, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exr_sha256: Option<String>,
 }
 
 /// What rendered a sequence.
@@ -179,6 +187,30 @@ impl Sequence {
         }
         Ok(image)
     }
+
+    /// What is wrong with the files beside the frames, linear images and the video, whose hashes the
+    /// manifest tells.
+    pub fn faults_beside(&self) -> Vec<SequenceError> {
+        let Manifest { frames, video_sha256, .. } = &self.manifest;
+        let linear = frames.iter().filter_map(|frame| {
+            Some((exr_path(&self.folder, frame.index), frame.exr_sha256.as_ref()?))
+        });
+        let video = video_sha256.iter().map(|hash| (self.folder.join(video::FILE_NAME), hash));
+        let fault = |(file, hash): (PathBuf, &String)| match assets::sha256(&file) {
+            Ok(found) if found == *hash => None,
+            Ok(found) => {
+                let what = format!("its bytes hash to {found}: the manifest says {hash}");
+                Some(SequenceError::Invalid { file, what })
+            }
+            Err(error) => Some(error.into()),
+        };
+        linear.chain(video).filter_map(fault).collect()
+    }
+}
+
+/// The linear image of frame number `index` in a sequence folder.
+pub(crate) fn exr_path(folder: &Path, index: u32) -> PathBuf {
+    folder.join(format!("frame-{index:04}.exr"))
 }
 
 /// The file of frame number `index` in a sequence folder.
