@@ -1,23 +1,26 @@
 //! `shutterlab validate`: whether files are what they say.
 
 use super::render::Device;
-use super::say;
+use super::{counted, say};
 use crate::render::Renderer;
 use crate::scene::import;
 use anyhow::{Context, anyhow};
 use shutterlab_data_schema::Protocol;
 use shutterlab_stimuli::manifest::FILE_NAME;
-use shutterlab_stimuli::verify::{Agreement, verify};
-use shutterlab_stimuli::{Grid, Sequence};
+use shutterlab_stimuli::verify::{Agreement, VerifyError, verify};
+use shutterlab_stimuli::{Grid, Scene, Sequence};
 use std::hash::{BuildHasher, RandomState};
 use std::path::{Path, PathBuf};
 
-/// Check sequences (every frame's hash, and a random frame rendered anew), studies, grids, protocols,
-/// light maps and models.
+/// What is listed of one thing that is not valid.
+const MAX_FAULTS: usize = 10;
+
+/// Check sequences (every file's hash, and a random frame rendered anew), studies, grids, scenes,
+/// protocols, light maps and models.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Sequence folders, folders of such, study folders; files: grids and protocols (.toml), light maps
-    /// (.hdr, .exr), models (.ply, .obj, .gltf, .glb)
+    /// Sequence folders, folders of such, study folders; files: grids, scenes and protocols (.toml),
+    /// light maps (.hdr, .exr), models (.ply, .obj, .gltf, .glb)
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     /// What renders anew
@@ -33,9 +36,15 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             checked += 1;
             match check(&target, args.device, &mut renderer) {
                 Ok(found) => say(&format!("{}  {found}", target.display()))?,
-                Err(error) => {
+                Err(found) => {
                     say(&format!("{}  NOT VALID", target.display()))?;
-                    faults.push(error);
+                    for fault in found.iter().take(MAX_FAULTS) {
+                        say(&format!("  {fault:#}"))?;
+                    }
+                    if let Some(more) = found.len().checked_sub(MAX_FAULTS).filter(|&n| n > 0) {
+                        say(&format!("  and {}", counted(more, "more fault")))?;
+                    }
+                    faults.extend(found.into_iter().next());
                 }
             }
         }
@@ -53,6 +62,10 @@ fn targets(path: &Path) -> anyhow::Result<Vec<PathBuf>> {
     if is_one(path) {
         return Ok(vec![path.into()]);
     }
+    if !path.exists() && path.to_str().is_some_and(Grid::is_shipped) {
+        let name = path.display();
+        return Err(anyhow!("{name}: no such file or folder; a shipped grid needs no check"));
+    }
     let unreadable = || format!("{}: cannot be read", path.display());
     let mut found = vec![];
     for entry in std::fs::read_dir(path).with_context(unreadable)? {
@@ -68,65 +81,92 @@ fn targets(path: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// Checks one thing, and says what was found.
+/// Checks one thing, and says what was found, or all that is wrong.
 fn check(
     path: &Path,
     device: Device,
     kept: &mut Option<(PathBuf, Renderer)>,
-) -> anyhow::Result<String> {
+) -> Result<String, Vec<anyhow::Error>> {
+    let one = |error: anyhow::Error| vec![error];
     if path.is_file() {
-        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-        return match ending.as_str() {
-            "hdr" | "exr" => {
-                let map = import::image::light_map(path)?;
-                Ok(format!("light map, {}×{} texels", map.width, map.height))
-            }
-            "ply" | "obj" | "gltf" | "glb" => {
-                let mesh = import::model(path)?.mesh;
-                let (faces, vertices) = (mesh.triangles.len(), mesh.positions.len());
-                Ok(format!("model, {faces} triangles, {vertices} vertices"))
-            }
-            _ => check_definition(path),
-        };
+        check_file(path).map_err(one)
+    } else if path.join("datapackage.json").exists() {
+        let answers = shutterlab_analysis::responses::read(path).map_err(|e| one(e.into()))?;
+        Ok(format!("study, answers about {} stimuli", answers.items().len()))
+    } else {
+        check_sequence(path, device, kept)
     }
-    if path.join("datapackage.json").exists() {
-        let answers = shutterlab_analysis::responses::read(path)?;
-        return Ok(format!("study, answers about {} stimuli", answers.items().len()));
+}
+
+fn check_file(path: &Path) -> anyhow::Result<String> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    match ending.as_str() {
+        "hdr" | "exr" => {
+            let map = import::image::light_map(path)?;
+            Ok(format!("light map, {}×{} texels", map.width, map.height))
+        }
+        "ply" | "obj" | "gltf" | "glb" => {
+            let mesh = import::model(path)?.mesh;
+            let triangles = counted(mesh.triangles.len(), "triangle");
+            Ok(format!("model, {triangles}, {} vertices", mesh.positions.len()))
+        }
+        "toml" => check_definition(path),
+        _ => Err(anyhow!(
+            "{}: ending: {ending:?}: grids, scenes and protocols (.toml), light maps (.hdr, .exr) and \
+             models (.ply, .obj, .gltf, .glb) can be checked, and a sequence or a study by its folder",
+            path.display()
+        )),
     }
-    let sequence = Sequence::open(path)?;
-    let beside = path.parent().unwrap_or(Path::new("")).to_path_buf();
+}
+
+fn check_sequence(
+    path: &Path,
+    device: Device,
+    kept: &mut Option<(PathBuf, Renderer)>,
+) -> Result<String, Vec<anyhow::Error>> {
+    let sequence = Sequence::open(path).map_err(|e| vec![e.into()])?;
+    // Of the folder `.` too.
+    let whole = std::path::absolute(path).map_err(|e| vec![e.into()])?;
+    let beside = whole.parent().unwrap_or(&whole).to_path_buf();
     let renderer = match kept {
         Some((folder, renderer)) if *folder == beside => renderer,
         _ => {
             let renderer =
-                Renderer::open(device.into(), &beside).map_err(|error| anyhow!(error))?;
+                Renderer::open(device.into(), &beside).map_err(|error| vec![anyhow!(error)])?;
             &mut kept.insert((beside, renderer)).1
         }
     };
     let place = RandomState::new().hash_one(path) as usize;
-    let (index, agreement) = verify(&sequence, place, renderer)?;
+    let all = |faults: Vec<VerifyError>| faults.into_iter().map(anyhow::Error::from).collect();
+    let (index, agreement) = verify(&sequence, place, renderer).map_err::<Vec<_>, _>(all)?;
     let anew = match agreement {
         Agreement::SameBytes => "the same bytes".into(),
         Agreement::SameImage { relative_rmse, .. } => {
             format!("the same image (relative RMSE {relative_rmse:.1e}) by another renderer")
         }
     };
-    let frames = sequence.manifest.frames.len();
-    Ok(format!("{frames} frames hold their hashes, frame {index} rendered anew is {anew}"))
+    let frames = counted(sequence.manifest.frames.len(), "frame");
+    Ok(format!("{frames} as in the manifest, frame {index} rendered anew is {anew}"))
 }
 
 fn check_definition(path: &Path) -> anyhow::Result<String> {
     let file = path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(|| format!("{file}: cannot be read"))?;
-    // Only a grid has axes as a table; a protocol without them is told by its own error.
+    // Only a grid has axes as a table, and only a scene a camera; what has neither is a protocol, and
+    // told by its own error if it is none.
     let keys: toml::Table = text.parse().unwrap_or_default();
-    if keys.contains_key("axes") {
-        let grid = Grid::load(&std::path::absolute(path)?.display().to_string())?;
-        let stimuli = grid.stimuli(&Default::default())?;
-        grid.assets()?
-            .iter()
-            .try_for_each(|asset| import::image::light_map(&asset.source).map(drop))?;
-        return Ok(format!("grid, {} sequences", stimuli.len()));
-    }
-    Ok(format!("protocol {}", Protocol::parse(&text, &file)?.name))
+    // No absolute path is the name of a shipped one.
+    let absolute = std::path::absolute(path)?.display().to_string();
+    let (found, assets) = if keys.contains_key("axes") {
+        let grid = Grid::load(&absolute)?;
+        let sequences = grid.stimuli(&Default::default())?.len();
+        (format!("grid, {}", counted(sequences, "sequence")), grid.assets()?)
+    } else if keys.contains_key("camera") {
+        let (scene, assets) = Scene::load(&absolute, Path::new(""))?;
+        (format!("scene {}", scene.name), assets)
+    } else {
+        return Ok(format!("protocol {}", Protocol::parse(&text, &file)?.name));
+    };
+    assets.iter().try_for_each(|asset| import::image::light_map(&asset.source).map(drop))?;
+    Ok(found)
 }

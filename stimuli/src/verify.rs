@@ -1,8 +1,8 @@
-//! Whether a sequence is what its manifest says: its frames' hashes, and one frame rendered anew.
+//! Whether a sequence is what its manifest says: its files' hashes, and one frame rendered anew.
 
 use crate::frames::EncodedImage;
 use crate::generate::{Render, RenderError};
-use crate::manifest::{Sequence, SequenceError};
+use crate::manifest::{Frame, Sequence, SequenceError};
 
 /// How a frame that was rendered anew compares with the one in its folder.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +22,7 @@ pub enum Agreement {
 /// A sequence is not what its manifest says.
 #[derive(Debug, thiserror::Error)]
 pub enum VerifyError {
-    /// A frame is missing, damaged, or not the one of the manifest.
+    /// A file is missing, damaged, or not the one of the manifest.
     #[error(transparent)]
     Sequence(#[from] SequenceError),
     /// The frame could not be rendered anew.
@@ -53,40 +53,57 @@ pub enum VerifyError {
     },
 }
 
-/// Holds every frame of `sequence` against its hash, and renders the frame at place `place` of the
-/// manifest's list (modulo its length) anew.
+/// Holds every file of `sequence` against its hash, and renders anew the frame at place `place` (modulo
+/// their number) among those that hold theirs.
 ///
 /// # Errors
-/// See [`VerifyError`].
+/// All that is wrong; see [`VerifyError`].
 pub fn verify(
     sequence: &Sequence,
     place: usize,
     renderer: &mut dyn Render,
-) -> Result<(u32, Agreement), VerifyError> {
-    let manifest = &sequence.manifest;
-    let chosen = place % manifest.frames.len().max(1);
-    let mut there = None;
-    for (place, frame) in manifest.frames.iter().enumerate() {
-        let image = sequence.read_frame(frame)?;
-        if place == chosen {
-            there = Some((frame.index, image));
+) -> Result<(u32, Agreement), Vec<VerifyError>> {
+    let (mut sound, mut faults) = (vec![], vec![]);
+    for frame in &sequence.manifest.frames {
+        match sequence.read_frame(frame) {
+            Ok(_) => sound.push(frame),
+            Err(fault) => faults.push(fault.into()),
         }
     }
-    let Some((index, there)) = there else {
+    faults.extend(sequence.faults_beside().into_iter().map(VerifyError::from));
+    if sequence.manifest.frames.is_empty() {
         let file = sequence.folder.join(crate::manifest::FILE_NAME);
-        return Err(
-            SequenceError::Invalid { file, what: "frames: none: one is needed".into() }.into()
-        );
-    };
-    let file = sequence.frame_path(index).display().to_string();
+        let what = "frames: none: one is needed".into();
+        faults.push(SequenceError::Invalid { file, what }.into());
+    }
+    if sound.is_empty() {
+        return Err(faults);
+    }
+    let frame = sound[place % sound.len()];
+    match render_anew(sequence, frame, renderer) {
+        Ok(agreement) if faults.is_empty() => return Ok((frame.index, agreement)),
+        Ok(_) => {}
+        Err(fault) => faults.push(fault),
+    }
+    Err(faults)
+}
+
+fn render_anew(
+    sequence: &Sequence,
+    frame: &Frame,
+    renderer: &mut dyn Render,
+) -> Result<Agreement, VerifyError> {
+    let there = sequence.read_frame(frame)?;
+    let manifest = &sequence.manifest;
+    let file = sequence.frame_path(frame.index).display().to_string();
     let stimulus = &manifest.stimulus;
-    let views = match renderer.render(stimulus, index, &[stimulus.samples]) {
+    let views = match renderer.render(stimulus, frame.index, &[stimulus.samples]) {
         Ok(mut images) => images.remove(0),
         Err(source) => return Err(VerifyError::Render { file, source }),
     };
     let anew = stimulus.encode(&views);
     if anew == there {
-        return Ok((index, Agreement::SameBytes));
+        return Ok(Agreement::SameBytes);
     }
     let by_the_same = manifest.program_version == env!("CARGO_PKG_VERSION")
         && manifest.device == renderer.device();
@@ -98,7 +115,7 @@ pub fn verify(
     if differing > 1e-3 || relative_rmse > 1e-3 {
         return Err(VerifyError::OtherImage { file, differing, relative_rmse });
     }
-    Ok((index, Agreement::SameImage { differing, relative_rmse }))
+    Ok(Agreement::SameImage { differing, relative_rmse })
 }
 
 /// The part of the pixels in which a channel differs by more than one code value, and the relative RMSE

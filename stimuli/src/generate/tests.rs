@@ -161,10 +161,20 @@ fn a_frame_rendered_anew_tells_a_false_manifest() {
     assert!(matches!(other_device, (0, Agreement::SameImage { .. })), "{other_device:?}");
     // A manifest that fits its pixels and itself, and claims other samples than were drawn.
     sequence.manifest.stimulus.samples = 512;
-    let same_device = verify(&sequence, 0, &mut painter("one"));
-    assert!(matches!(same_device, Err(VerifyError::OtherBytes { .. })));
-    let error = verify(&sequence, 0, &mut painter("two")).unwrap_err().to_string();
+    let same_device = verify(&sequence, 0, &mut painter("one")).unwrap_err();
+    assert!(matches!(same_device[..], [VerifyError::OtherBytes { .. }]), "{same_device:?}");
+    let error = verify(&sequence, 0, &mut painter("two")).unwrap_err()[0].to_string();
     assert!(error.contains("frame-0000.png: rendered anew it is another image"), "{error}");
+
+    // All that is wrong is told; the frame rendered anew is one of those that are left.
+    std::fs::copy(sequence.frame_path(1), sequence.frame_path(0)).unwrap();
+    std::fs::remove_file(sequence.frame_path(2)).unwrap();
+    let faults = verify(&sequence, 1, &mut painter("one")).unwrap_err();
+    let faults: Vec<String> = faults.iter().map(VerifyError::to_string).collect();
+    let expected =
+        ["frame-0000.png: its pixels", "frame-0002.png: cannot", "frame-0003.png: rendered"];
+    assert_eq!(faults.len(), expected.len(), "{faults:?}");
+    assert!(faults.iter().zip(expected).all(|(fault, e)| fault.contains(e)), "{faults:?}");
 }
 
 /// Linear images can be asked for when the frames are there already, which stay as they are.
@@ -190,16 +200,6 @@ fn linear_images_hold_what_was_rendered() {
         },
     );
     assert_eq!(image.unwrap().layer_data.channel_data.pixels[41], [0.125, 0.25, 0.0]);
-}
-
-#[test]
-fn a_changed_pixel_is_noticed() {
-    let out = tempfile::tempdir().unwrap();
-    make(out.path(), &mut painter("one"), &mut Quiet::default()).unwrap();
-    let sequence = Sequence::open_all(out.path()).unwrap().remove(0);
-    let frames = sequence.manifest.frames.clone();
-    assert!(frames.iter().all(|frame| sequence.read_frame(frame).is_ok()));
-    std::fs::copy(sequence.frame_path(1), sequence.frame_path(2)).unwrap();
 
     assert!(after[0].faults_beside().is_empty());
     std::fs::remove_file(exr_path(&after[0].folder, 2)).unwrap();
@@ -211,6 +211,16 @@ fn a_changed_pixel_is_noticed() {
             && faults[1].contains("frame-0003.exr: its bytes hash to e3b0c442"),
         "{faults:?}"
     );
+}
+
+#[test]
+fn a_changed_pixel_is_noticed() {
+    let out = tempfile::tempdir().unwrap();
+    make(out.path(), &mut painter("one"), &mut Quiet::default()).unwrap();
+    let sequence = Sequence::open_all(out.path()).unwrap().remove(0);
+    let frames = sequence.manifest.frames.clone();
+    assert!(frames.iter().all(|frame| sequence.read_frame(frame).is_ok()));
+    std::fs::copy(sequence.frame_path(1), sequence.frame_path(2)).unwrap();
     let error = sequence.read_frame(&frames[2]).unwrap_err().to_string();
     assert!(error.contains("frame-0002.png: its pixels hash to"), "{error}");
 }
