@@ -93,6 +93,18 @@ fn grids_with_a_wrong_value() {
         ),
         ("image_width_deg = 14.4", "", "viewing: neither: either image_width_deg or display"),
         ("T3 = 0.5", "\"../T3\" = 0.5", "letters and digits"),
+        (
+            "T3 = 0.5",
+            "TheShutterIsOpenForHalfTheFrameTi = 0.5",
+            "axes.shutter_open_fraction: \"TheShutterIsOpenForHalfTheFrameTi\": 1 to 32 letters",
+        ),
+        ("\"demo\"", "\"\"", "grid.toml: name: \"\": 1 to 64 printable characters"),
+        ("\"demo\"", "\"demo \"", "grid.toml: name: \"demo \": 1 to 64 printable"),
+        (
+            "image_width_deg = 14.4",
+            "display = { width_cm = 50.0, resolution_px = [1920, 80], distance_cm = 70.0 }",
+            "image.height_px: 90: at most the 80 pixels of viewing.display.resolution_px",
+        ),
     ] {
         in_folder(|folder| {
             assert!(demo.contains(from), "{from}");

@@ -31,7 +31,6 @@ pub(super) fn write(args: &Args, name: &str, passes: usize) -> anyhow::Result<()
     words.extend(["-o".into(), quoted(&out), "--shard".into()]);
     words.push(format!("\"$SLURM_ARRAY_TASK_ID/{tasks}\""));
     words.extend(args.restrictions().iter().map(|word| quoted(word)));
-    let name = name.replace(char::is_control, " ");
     let script = format!(
         "#!/bin/sh\n\
          # Renders the grid {name}: {passes} passes in {tasks} tasks, which need no coordination.\n\
@@ -40,7 +39,7 @@ pub(super) fn write(args: &Args, name: &str, passes: usize) -> anyhow::Result<()
          #SBATCH --array=1-{tasks}\n\
          #SBATCH --output={}\n\
          exec {}\n",
-        quoted_for_sbatch(&name),
+        quoted_for_sbatch(name),
         quoted_for_sbatch(&format!("{}/slurm-%A-%a.log", out.replace('%', "%%"))),
         words.join(" ")
     );

@@ -4,7 +4,7 @@ use crate::assets::Asset;
 use crate::scene::{Material, Scene};
 use crate::stereo::{Layout, Stereo};
 use crate::stimulus::{ImageFormat, Method, Sampler, ShutterProfile, Stimulus, Trajectory};
-use crate::viewing::Viewing;
+use crate::viewing::{Display, Viewing};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use shutterlab_data_schema::definition::{self, DefinitionError, nearest};
@@ -87,6 +87,10 @@ const AXES: [&str; 4] = ["material", "speed", "shutter", "samples"];
 /// The axes' keys in a grid file.
 const AXIS_KEYS: [&str; 4] = ["material", "speed_deg_per_s", "shutter_open_fraction", "samples"];
 
+/// Longest name of a grid, which becomes that of a job, and of a level, which becomes part of a folder's.
+const MAX_NAME: usize = 64;
+const MAX_LEVEL_NAME: usize = 32;
+
 /// Grids that come with Shutterlab, by name.
 const SHIPPED: &[(&str, &str)] = &[
     ("rolling-sphere-mono", include_str!("../grids/rolling-sphere-mono.toml")),
@@ -137,6 +141,12 @@ impl Grid {
         let refuse = |field: &str, value: &dyn ToString, allowed: &str| {
             Err(DefinitionError::value(file, field, value.to_string(), allowed))
         };
+        let is_whole = self.name.trim() == self.name && !self.name.contains(char::is_control);
+        if !is_whole || !(1..=MAX_NAME).contains(&self.name.chars().count()) {
+            let allowed =
+                format!("1 to {MAX_NAME} printable characters are allowed, no space at either end");
+            return refuse("name", &format!("{:?}", self.name), &allowed);
+        }
         let ImageFormat { width_px, height_px, fps, frames, exposure_stops, .. } = self.image;
         for (field, size) in [("image.width_px", width_px), ("image.height_px", height_px)] {
             if !(1..=16384).contains(&size) {
@@ -158,6 +168,13 @@ impl Grid {
             return refuse("image.transfer.gamma", &gamma, "0.1 to 10 is allowed");
         }
         self.viewing.check(file)?;
+        if let Some(Display { resolution_px: [columns, rows], .. }) = self.viewing.display {
+            let sides = [("width_px", width_px, columns), ("height_px", height_px, rows)];
+            if let Some((side, pixels, most)) = sides.into_iter().find(|(_, px, most)| px > most) {
+                let allowed = format!("at most the {most} pixels of viewing.display.resolution_px");
+                return refuse(&format!("image.{side}"), &pixels, &allowed);
+            }
+        }
         self.check_sampling(file)?;
         for (name, material) in &self.materials {
             check_material(&format!("materials.{name}"), material, file)?;
@@ -228,12 +245,12 @@ impl Grid {
                 );
             }
             for (level, _) in levels {
-                if level.is_empty() || !level.bytes().all(|b| b.is_ascii_alphanumeric()) {
-                    return refuse(
-                        format!("axes.{axis}"),
-                        format!("{level:?}"),
-                        "letters and digits are allowed in a level's name",
+                let is_short = (1..=MAX_LEVEL_NAME).contains(&level.len());
+                if !is_short || !level.bytes().all(|b| b.is_ascii_alphanumeric()) {
+                    let allowed = format!(
+                        "1 to {MAX_LEVEL_NAME} letters and digits are allowed in a level's name"
                     );
+                    return refuse(format!("axes.{axis}"), format!("{level:?}"), &allowed);
                 }
             }
         }
