@@ -8,7 +8,7 @@ fn pairs_are_compared_once_and_kept() {
     // Not smaller: FLIP wants a few pixels to the degree.
     let words = "render demo -o s --size 96x54 --device cpu --frames 11..13 --select samples=A3";
     succeed(folder.path(), &words.split(' ').collect::<Vec<_>>());
-    let words = ["screen", "s", "--select", "shutter=T3,shutter=T5,samples=A3"];
+    let words = ["screen", "s", "--select", "shutter=T3", "--select", "shutter=1,samples=256"];
     succeed(folder.path(), &words);
     let file = folder.path().join("s/screen.csv");
     let first = std::fs::read_to_string(&file).unwrap();
@@ -30,8 +30,10 @@ fn pairs_are_compared_once_and_kept() {
     // Either half of the matrix.
     assert_eq!(figure.matches("<rect x=").count(), 6);
 
-    let error = fail(folder.path(), 1, &["screen", "s", "--select", "samples=A9"]);
-    assert!(error.contains("0 sequences found: at least two are needed"), "{error}");
+    let error = fail(folder.path(), 1, &["screen", "s", "--select", "shutter=1"]);
+    assert!(error.contains("1 sequence found: at least two are needed"), "{error}");
+    let error = fail(folder.path(), 2, &["screen", "s", "--select", "samples=A9"]);
+    assert!(error.contains("samples=A9: the levels of samples are A3"), "{error}");
     let error = fail(folder.path(), 2, &["screen", "s", "--select", "samples"]);
     assert!(error.contains("AXIS=LEVEL is needed"), "{error}");
     std::fs::write(&file, "reference,test\na,b\n").unwrap();

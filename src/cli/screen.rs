@@ -1,11 +1,11 @@
 //! `shutterlab screen`: what predictors of vision say about sequences before anybody sees them.
 
-use super::{UsageError, say};
+use super::{UsageError, counted, say};
 use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
 use shutterlab_data_schema::files::write_atomically;
 use shutterlab_stimuli::screen::{Comparison, compare, figure};
-use shutterlab_stimuli::{Sequence, Stimulus};
+use shutterlab_stimuli::{Selection, Sequence, Stimulus};
 use std::path::{Path, PathBuf};
 
 /// Compare rendered sequences pairwise by ColorVideoVDP, FLIP and PSNR, into screen.csv and screen.svg.
@@ -13,22 +13,25 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     /// Folder of sequence folders
     folder: PathBuf,
-    /// Sequences to compare, such as material=M2,samples=A3,samples=A5
+    /// Sequences to compare, such as material=M2,samples=A3,samples=A5; given again, adds sequences
     #[arg(long, value_name = "AXIS=LEVEL,…")]
-    select: Option<String>,
+    select: Vec<String>,
 }
 
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let mut sequences = Sequence::open_all(&args.folder)?;
     let there: Vec<String> = sequences.iter().map(|s| s.manifest.sha256.clone()).collect();
-    if let Some(select) = &args.select {
-        let wanted = parse(select)?;
-        sequences.retain(|sequence| takes(&wanted, &sequence.manifest.stimulus));
+    // Where there are no sequences, there are no levels to select.
+    if !sequences.is_empty() {
+        let stimuli: Vec<&Stimulus> = sequences.iter().map(|s| &s.manifest.stimulus).collect();
+        let selection =
+            Selection::parse_for_screen(&args.select, &stimuli).map_err(UsageError::from)?;
+        sequences.retain(|sequence| selection.takes_stimulus(&sequence.manifest.stimulus));
     }
     if sequences.len() < 2 {
-        let found = sequences.len();
+        let found = counted(sequences.len(), "sequence");
         let folder = args.folder.display();
-        return Err(anyhow!("screen: {folder}: {found} sequences found: at least two are needed"));
+        return Err(anyhow!("screen: {folder}: {found} found: at least two are needed"));
     }
     let file = args.folder.join("screen.csv");
     let mut rows = read(&file)?;
@@ -60,20 +63,6 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     rows.retain(|row| pairs.iter().any(|&pair| is_of(row, pair)));
     write_atomically(&svg, figure(&rows).as_bytes())?;
     say(&format!("{}\n{}", file.display(), svg.display()))
-}
-
-fn parse(select: &str) -> anyhow::Result<Vec<(&str, &str)>> {
-    let pair = |part| {
-        let refuse = || UsageError::from(format!("screen: --select: {part}: AXIS=LEVEL is needed"));
-        str::split_once(part, '=').ok_or_else(refuse)
-    };
-    select.split(',').map(pair).collect()
-}
-
-/// Whether `stimulus` has, on each axis named, one of the levels named.
-fn takes(wanted: &[(&str, &str)], stimulus: &Stimulus) -> bool {
-    let has = |axis: &str, level: &str| stimulus.levels.get(axis).is_some_and(|l| l == level);
-    wanted.iter().all(|(axis, _)| wanted.iter().any(|(a, level)| a == axis && has(a, level)))
 }
 
 fn read(file: &Path) -> anyhow::Result<Vec<Comparison>> {

@@ -5,7 +5,7 @@ use crate::scene::{Material, Scene};
 use crate::stereo::{Layout, Stereo};
 use crate::stimulus::{ImageFormat, Method, Sampler, ShutterProfile, Stimulus, Trajectory};
 use crate::viewing::{Display, Viewing};
-use indexmap::IndexMap;
+use indexmap::{IndexMap, IndexSet};
 use serde::{Deserialize, Serialize};
 use shutterlab_data_schema::definition::{self, DefinitionError, nearest};
 use std::path::{Path, PathBuf};
@@ -83,6 +83,9 @@ pub struct Axes {
 
 /// Names of the axes, in the order in which they make up a stimulus's id.
 const AXES: [&str; 4] = ["material", "speed", "shutter", "samples"];
+
+/// Axis by axis, the name of each level and what it stands for.
+type Levels<'a> = [(&'static str, Vec<(&'a str, String)>); 4];
 
 /// The axes' keys in a grid file.
 const AXIS_KEYS: [&str; 4] = ["material", "speed_deg_per_s", "shutter_open_fraction", "samples"];
@@ -295,7 +298,7 @@ impl Grid {
     }
 
     /// Axis by axis, the name of each level and what it stands for.
-    fn levels(&self) -> [(&'static str, Vec<(&str, String)>); 4] {
+    fn levels(&self) -> Levels<'_> {
         fn texts<T: ToString>(levels: &IndexMap<String, T>) -> Vec<(&str, String)> {
             levels.iter().map(|(name, value)| (name.as_str(), value.to_string())).collect()
         }
@@ -428,12 +431,33 @@ impl Selection {
     /// # Errors
     /// An axis or level that `grid` does not have; the nearest known one is named.
     pub fn parse<S: AsRef<str>>(texts: &[S], grid: &Grid) -> Result<Self, DefinitionError> {
+        Self::parse_among(texts, "render", &grid.levels())
+    }
+
+    /// As [`Selection::parse`], among the levels that `stimuli` have. A material is given by the name of
+    /// its level alone: what its grid calls it they do not know.
+    ///
+    /// # Errors
+    /// An axis or level that none of them has; the nearest known one is named.
+    pub fn parse_for_screen<S: AsRef<str>>(
+        texts: &[S],
+        stimuli: &[&Stimulus],
+    ) -> Result<Self, DefinitionError> {
+        Self::parse_among(texts, "screen", &levels_of(stimuli))
+    }
+
+    /// `verb` is what an error calls the place.
+    fn parse_among<S: AsRef<str>>(
+        texts: &[S],
+        verb: &str,
+        levels: &Levels<'_>,
+    ) -> Result<Self, DefinitionError> {
         let mut alternatives = Vec::new();
         for text in texts {
             let mut axes: [Vec<String>; 4] = Default::default();
             for part in text.as_ref().split(',') {
                 let refuse = |value: &str, allowed: String| {
-                    DefinitionError::value("render", "--select", value, allowed)
+                    DefinitionError::value(verb, "--select", value, allowed)
                 };
                 let Some((axis, level)) = part.split_once('=') else {
                     return Err(refuse(part, "AXIS=LEVEL is needed".into()));
@@ -442,7 +466,7 @@ impl Selection {
                 let Some(index) = AXES.iter().position(|known| *known == axis) else {
                     return Err(refuse(axis, unknown("axes", axis, &AXES)));
                 };
-                let levels = &grid.levels()[index].1;
+                let levels = &levels[index].1;
                 let Some((name, _)) =
                     levels.iter().find(|(name, value)| *name == level || value == level)
                 else {
@@ -456,6 +480,11 @@ impl Selection {
         Ok(Self { alternatives })
     }
 
+    /// Whether `stimulus` is of a cell that is meant.
+    pub fn takes_stimulus(&self, stimulus: &Stimulus) -> bool {
+        self.takes(AXES.map(|axis| level_of(stimulus, axis)))
+    }
+
     fn takes(&self, cell: [&str; 4]) -> bool {
         let takes = |axes: &[Vec<String>; 4]| {
             axes.iter()
@@ -464,6 +493,28 @@ impl Selection {
         };
         self.alternatives.is_empty() || self.alternatives.iter().any(takes)
     }
+}
+
+fn level_of<'a>(stimulus: &'a Stimulus, axis: &str) -> &'a str {
+    stimulus.levels.get(axis).map_or("", String::as_str)
+}
+
+/// The levels that `stimuli` have, in the order in which they come.
+fn levels_of<'a>(stimuli: &[&'a Stimulus]) -> Levels<'a> {
+    AXES.map(|axis| {
+        let level = |stimulus: &&'a Stimulus| {
+            let name = level_of(stimulus, axis);
+            let value = match axis {
+                "speed" => stimulus.speed_deg_per_s.to_string(),
+                "shutter" => stimulus.shutter_open_fraction.to_string(),
+                "samples" => stimulus.samples.to_string(),
+                _ => name.to_string(),
+            };
+            (name, value)
+        };
+        let levels: IndexSet<_> = stimuli.iter().map(level).collect();
+        (axis, levels.into_iter().collect())
+    })
 }
 
 fn unknown(what: &str, name: &str, known: &[&str]) -> String {
@@ -490,6 +541,23 @@ mod tests {
         assert_eq!(ids(&["material=M1,speed=S1,shutter=T1,samples=A1,samples=A5"]).len(), 2);
         assert_eq!(ids(&["material=M1", "material=M1,speed=S1", "speed=S3"]).len(), 75 + 50);
         assert_eq!(ids(&[]).len(), 225);
+    }
+
+    #[test]
+    fn stimuli_are_selected_as_their_cells_were() {
+        let grid = Grid::load("rolling-sphere-mono").unwrap();
+        let stimuli = grid.stimuli(&Selection::default()).unwrap();
+        let all: Vec<&Stimulus> = stimuli.iter().collect();
+        for select in [&["material=M2,speed=10,shutter=1", "samples=A3,speed=S1"][..], &[]] {
+            let selection = Selection::parse_for_screen(select, &all).unwrap();
+            let taken = all.iter().filter(|stimulus| selection.takes_stimulus(stimulus));
+            assert_eq!(taken.map(|s| s.id.as_str()).collect::<Vec<_>>(), ids(select));
+        }
+        let error = Selection::parse_for_screen(&["shutter=T6"], &all).unwrap_err().to_string();
+        assert!(
+            error.starts_with("screen: --select: shutter=T6: the levels of shutter"),
+            "{error}"
+        );
     }
 
     /// Fewer samples are a prefix of more, so the noise does not know the number of samples; and it
