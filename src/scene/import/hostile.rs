@@ -131,3 +131,21 @@ fn only_regular_files_with_a_known_ending_are_read() {
     std::fs::write(&path, ply::tests::TEXT).unwrap();
     assert_eq!(model(&path).unwrap().mesh.triangles.len(), 2);
 }
+
+/// Not a check: the good files become what `script/fuzz` begins with.
+#[test]
+#[ignore = "writes into fuzz/corpus"]
+fn seeds_of_the_fuzzers() {
+    let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz");
+    for (file, _, bytes, _) in files() {
+        let reader = match file.rsplit('.').next() {
+            Some("glb") => "gltf",
+            ending => ending.unwrap(),
+        };
+        if fuzz.join(format!("fuzz_targets/{reader}.rs")).exists() {
+            let corpus = fuzz.join("corpus").join(reader);
+            std::fs::create_dir_all(&corpus).unwrap();
+            std::fs::write(corpus.join(file), bytes).unwrap();
+        }
+    }
+}

@@ -36,6 +36,19 @@ pub fn light_map(path: &Path) -> Result<Picture, ImportError> {
     light_map_from(&path.display().to_string(), &read(path)?)
 }
 
+/// As [`light_map`], of `bytes`, the content of `file`.
+///
+/// # Errors
+/// As [`light_map`].
+pub fn light_map_from(file: &str, bytes: &[u8]) -> Result<Picture, ImportError> {
+    let picture = decode(file, bytes, &[ImageFormat::Hdr, ImageFormat::OpenExr])?;
+    if picture.texels.iter().all(|&texel| texel == Vec3::ZERO) {
+        let allowed = "a light map needs a texel that is not black";
+        return Err(ImportError::value(file, "radiance", "0 everywhere", allowed));
+    }
+    Ok(picture)
+}
+
 /// Reads a texture, in any of the formats.
 ///
 /// # Errors
@@ -47,15 +60,6 @@ pub fn texture(texture: &Texture) -> Result<Picture, ImportError> {
         Texture::File(path) => decode(&path.display().to_string(), &read(path)?, &any),
         Texture::Embedded { name, bytes } => decode(name, bytes, &any),
     }
-}
-
-fn light_map_from(file: &str, bytes: &[u8]) -> Result<Picture, ImportError> {
-    let picture = decode(file, bytes, &[ImageFormat::Hdr, ImageFormat::OpenExr])?;
-    if picture.texels.iter().all(|&texel| texel == Vec3::ZERO) {
-        let allowed = "a light map needs a texel that is not black";
-        return Err(ImportError::value(file, "radiance", "0 everywhere", allowed));
-    }
-    Ok(picture)
 }
 
 /// The picture in `bytes`, which are in one of the `allowed` formats.
