@@ -55,7 +55,7 @@ fn main() -> Result<(), Failure> {
     // It is out of sight at the first frame of a sequence in which it passes once.
     let away =
         Stimulus { trajectory: Trajectory::Once, samples: EMPTY_SAMPLES, ..stimulus.clone() };
-    let view_of = &stimulus.views()[0];
+    let view_of = &stimulus.views(0)[0];
     let empty = pipeline.films(&away, view_of, 0, &[EMPTY_SAMPLES])?.remove(0).image();
     pfm::write(&empty, &folder.join(format!("empty_{view}.pfm")))?;
     for samples in samples {

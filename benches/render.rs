@@ -122,7 +122,7 @@ fn to_target(rows: &[[f64; 3]], column: usize) -> f64 {
 
 /// Frame number `frame` of `stimulus`, all its samples.
 fn film(pipeline: &mut dyn Pipeline, stimulus: &Stimulus, frame: u32) -> Result<Film, Failure> {
-    let view = &stimulus.views()[0];
+    let view = &stimulus.views(frame)[0];
     Ok(pipeline.films(stimulus, view, frame, &[stimulus.samples])?.remove(0))
 }
 

@@ -42,7 +42,7 @@ impl Render for Renderer {
             _ => (stimulus.method, self.device.pipeline(stimulus.method, &self.assets)),
         };
         let mut images = vec![vec![]; samples.len()];
-        for view in stimulus.views() {
+        for view in stimulus.views(frame) {
             let films = pipeline.films(stimulus, &view, frame, samples)?;
             images.iter_mut().zip(films).for_each(|(views, film)| views.push(film.image()));
         }

@@ -78,7 +78,7 @@ fn answer(@builtin(global_invocation_id) id: vec3u) {
 
 fn on_gpu(gpu: &Gpu, cases: &[Case]) -> Vec<Answer> {
     let parts = [RANDOM_WGSL, WARP_WGSL, BSDF_WGSL, MAIN];
-    let pipeline = shader::compute_pipeline(gpu, &parts, "answer", &[]);
+    let pipeline = shader::compute_pipeline(gpu, shader::join(&parts), "answer");
     let size = cases.len() * size_of::<Answer>();
     let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
     let asked = buffers::holding(gpu, "cases", BufferUsages::STORAGE, cases).unwrap();

@@ -1,11 +1,15 @@
 //! Shaders without a GPU: they validate, and the structs they share with Rust have the same fields at
 //! the same places.
 
-use shutterlab::gpu::shader::join;
 use shutterlab::mesh::upload::MeshRange;
 use shutterlab::pipelines::distribution_ray_tracing::FrameParams;
-use shutterlab::pipelines::distribution_ray_tracing::compute::{EnvironmentParams, WGSL};
+use shutterlab::pipelines::distribution_ray_tracing::compute::{EnvironmentParams, Variant};
 use shutterlab::pipelines::mesh_probe;
+use shutterlab::scene::camera::Camera;
+use shutterlab::scene::light::Light;
+use shutterlab::scene::object::Object;
+use shutterlab::scene::picture::PictureRef;
+use shutterlab::shading::bsdf::Bsdf;
 use shutterlab::shading::material::Material;
 use std::collections::BTreeMap;
 
@@ -22,20 +26,9 @@ macro_rules! layout {
 fn layouts_in_rust() -> Vec<(&'static str, Layout)> {
     vec![
         layout!(FrameParams {
-            camera_position,
+            camera,
             width,
-            camera_forward,
             height,
-            camera_right,
-            focal_length_px,
-            camera_up,
-            sphere_radius,
-            rolling_x,
-            rolling_travel,
-            rolling_turns,
-            rolling_bounce,
-            floor_albedo,
-            floor_half_side,
             first_sample,
             sample_count,
             key,
@@ -44,10 +37,51 @@ fn layouts_in_rust() -> Vec<(&'static str, Layout)> {
             shutter_kind,
             shutter_width,
             shutter_reach,
-            shift_px,
-            material,
         }),
-        layout!(Material { light, kind, dark, frequency, octaves, contrast }),
+        layout!(Camera {
+            position,
+            focal_length_px,
+            forward,
+            shift_px,
+            right,
+            moves,
+            up,
+            focus_distance,
+            travel,
+            look_at_travel,
+        }),
+        layout!(Object {
+            to_axis,
+            from_axis,
+            position,
+            size,
+            direction,
+            distance,
+            travel,
+            bounce,
+            turns,
+            turns_per_m,
+            pose,
+            poses_per_m,
+        }),
+        layout!(Material { light, kind, dark, frequency, octaves, contrast, picture }),
+        layout!(PictureRef { first, width, height }),
+        layout!(Bsdf { kind, alpha, eta, internal }),
+        layout!(Light { place, is_point, color }),
+        layout!(MeshRange {
+            min,
+            nodes,
+            max,
+            end_nodes,
+            leaves,
+            end_leaves,
+            faces,
+            vertices,
+            end_vertices,
+            normals,
+            texture_coordinates,
+            materials,
+        }),
         layout!(EnvironmentParams {
             width,
             height,
@@ -59,32 +93,40 @@ fn layouts_in_rust() -> Vec<(&'static str, Layout)> {
     ]
 }
 
-fn mesh_layouts_in_rust() -> Vec<(&'static str, Layout)> {
-    vec![layout!(MeshRange {
-        min,
-        nodes,
-        max,
-        end_nodes,
-        leaves,
-        end_leaves,
-        faces,
-        vertices,
-        end_vertices,
-        normals,
-        texture_coordinates,
-        padding,
-    })]
+/// Scenes of few things, written out, and of many, in loops; with all that there is, and with little.
+fn variants() -> [Variant; 2] {
+    let many = Variant {
+        sampler: 2,
+        shutter_kind: 2,
+        counts: [2, 1, 2],
+        kinds: vec![0, 1, 2, 3, 4],
+        lights: 3,
+        planes_turn: true,
+        camera_moves: true,
+        coats: true,
+        meshes_move: true,
+    };
+    let few = Variant {
+        counts: [1, 0, 0],
+        kinds: vec![0],
+        lights: 0,
+        planes_turn: false,
+        camera_moves: false,
+        coats: false,
+        meshes_move: false,
+        ..many.clone()
+    };
+    [many, few]
 }
 
-fn module(parts: &[&str]) -> naga::Module {
-    let source = join(parts);
-    let module = naga::front::wgsl::parse_str(&source)
-        .unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
+fn module(source: &str) -> naga::Module {
+    let module = naga::front::wgsl::parse_str(source)
+        .unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)));
     let mut validator = naga::valid::Validator::new(
         naga::valid::ValidationFlags::all(),
         naga::valid::Capabilities::default(),
     );
-    validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
+    validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)));
     module
 }
 
@@ -101,10 +143,10 @@ fn layout_in_wgsl(module: &naga::Module, name: &str) -> Layout {
 
 #[test]
 fn structs_are_laid_out_alike() {
-    for (parts, layouts) in [(WGSL, layouts_in_rust()), (mesh_probe::WGSL, mesh_layouts_in_rust())]
-    {
-        let module = module(parts);
-        for (name, (size, fields)) in layouts {
+    module(&mesh_probe::wgsl(true, false));
+    for variant in variants() {
+        let module = module(&variant.wgsl());
+        for (name, (size, fields)) in layouts_in_rust() {
             let wgsl_name = if name == "EnvironmentParams" { "Environment" } else { name };
             let (wgsl_size, wgsl_fields) = layout_in_wgsl(&module, wgsl_name);
             assert_eq!(fields, wgsl_fields, "{name}");

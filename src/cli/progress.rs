@@ -78,7 +78,7 @@ fn costs(stimuli: &[Stimulus]) -> HashMap<String, f64> {
     for pass in passes(stimuli) {
         let mut fewer = 0;
         for stimulus in pass {
-            let (image, views) = (&stimulus.image, stimulus.views().len() as f64);
+            let (image, views) = (&stimulus.image, stimulus.views(0).len() as f64);
             let pixels = f64::from(image.width_px) * f64::from(image.height_px) * views;
             costs.insert(stimulus.folder_name(), pixels * f64::from(stimulus.samples - fewer));
             fewer = stimulus.samples;

@@ -4,7 +4,7 @@ use super::progress::RenderProgress;
 use super::{UsageError, counted, say, slurm};
 use crate::pipelines::DeviceChoice;
 use crate::render::Renderer;
-use crate::scene::import::image::light_map;
+use crate::scene::import;
 use anyhow::anyhow;
 use indicatif::HumanBytes;
 use shutterlab_data_schema::files::create_folder;
@@ -112,7 +112,8 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     }
     grid.check(&args.grid)?;
     let selection = Selection::parse(&args.select, &grid).map_err(UsageError::from)?;
-    let stimuli = shard(grid.stimuli(&selection)?, args.shard);
+    let (stimuli, assets) = grid.resolve(&selection)?;
+    let stimuli = shard(stimuli, args.shard);
     if args.slurm {
         return slurm::write(args, &grid.name, passes(&stimuli).len());
     }
@@ -128,11 +129,8 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         exr: args.exr,
         out: &args.out,
     };
-    let assets = grid.assets()?;
-    // A light map that cannot be used is told of under its own name, before anything is written.
-    for asset in &assets {
-        light_map(&asset.source)?;
-    }
+    // A file that cannot be used is told of under its own name, before anything is written.
+    assets.iter().try_for_each(|asset| import::check(&asset.source))?;
     for asset in &assets {
         asset.keep(&args.out)?;
     }

@@ -159,14 +159,14 @@ fn check_definition(path: &Path) -> anyhow::Result<String> {
     let absolute = std::path::absolute(path)?.display().to_string();
     let (found, assets) = if keys.contains_key("axes") {
         let grid = Grid::load(&absolute)?;
-        let sequences = grid.stimuli(&Default::default())?.len();
-        (format!("grid, {}", counted(sequences, "sequence")), grid.assets()?)
+        let (stimuli, assets) = grid.resolve(&Default::default())?;
+        (format!("grid, {}", counted(stimuli.len(), "sequence")), assets)
     } else if keys.contains_key("camera") {
         let (scene, assets) = Scene::load(&absolute, Path::new(""))?;
         (format!("scene {}", scene.name), assets)
     } else {
         return Ok(format!("protocol {}", Protocol::parse(&text, &file)?.name));
     };
-    assets.iter().try_for_each(|asset| import::image::light_map(&asset.source).map(drop))?;
+    assets.iter().try_for_each(|asset| import::check(&asset.source))?;
     Ok(found)
 }

@@ -9,9 +9,9 @@
 // neighbours round their common edge apart, and a ray may slip through within the last bit.
 //
 // Directions are about as long as 1, by some powers of ten; origins are within 4e9 of 0.
-
-// Whether any mesh moves. Where none does, the boxes at the closing are not read.
-override MESHES_MOVE: bool = true;
+//
+// The module that uses it declares the constant `MESHES_MOVE`: whether any mesh has a second pose. Where
+// none has, it is not read.
 
 // In place of what there is not: a part of a mesh, or the face of a hit.
 const MESH_NONE: u32 = 0xffffffffu;
@@ -33,7 +33,7 @@ struct MeshRange {
     end_vertices: u32,
     normals: u32,
     texture_coordinates: u32,
-    padding: u32,
+    materials: u32,
 }
 
 struct MeshHit {

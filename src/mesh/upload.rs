@@ -36,8 +36,8 @@ pub struct MeshRange {
     pub normals: u32,
     /// One per vertex: u, v. Or [`NONE`].
     pub texture_coordinates: u32,
-    /// Fills up to a multiple of 16 bytes.
-    pub padding: u32,
+    /// The materials of its faces, if a pipeline adds them. Or [`NONE`].
+    pub materials: u32,
 }
 
 /// The buffer of all meshes.
@@ -90,11 +90,12 @@ impl Geometry {
             end_vertices,
             normals,
             texture_coordinates,
-            padding: 0,
+            materials: NONE,
         }
     }
 
-    fn append(&mut self, words: &[[u32; 4]]) -> u32 {
+    /// Adds `words`, and returns where they begin.
+    pub fn append(&mut self, words: &[[u32; 4]]) -> u32 {
         let begin = self.words.len() as u32;
         self.words.extend_from_slice(words);
         begin

@@ -12,8 +12,11 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use wgpu::BufferUsages;
 
-/// The parts of the shader.
-pub const WGSL: &[&str] = &[BVH_WGSL, include_str!("mesh_probe.wgsl")];
+/// The shader for a mesh that moves or rests, and for the nearest hit or any.
+pub fn wgsl(moves: bool, any: bool) -> String {
+    let constants = format!("const MESHES_MOVE = {moves};\nconst FIND_ANY = {any};\n");
+    shader::join(&[&constants, BVH_WGSL, include_str!("mesh_probe.wgsl")])
+}
 
 /// Invocations of a workgroup, and the most workgroups in a row.
 const WORKGROUP: u32 = 64;
@@ -58,7 +61,7 @@ impl MeshProbe {
     pub fn new(gpu: &Gpu, mesh: &Mesh, bvh: &Bvh, rays: &[Ray]) -> Result<Self, GpuError> {
         let mut geometry = Geometry::default();
         let range = geometry.push(mesh, bvh, &vec![0; mesh.triangles.len()]);
-        let moves = f64::from(u8::from(mesh.end_positions.is_some()));
+        let moves = mesh.end_positions.is_some();
         let probe_rays: Vec<ProbeRay> = rays
             .iter()
             .map(|&Ray { origin, direction, time, between: [first, last] }| ProbeRay {
@@ -79,10 +82,8 @@ impl MeshProbe {
                 buffers::holding(gpu, "rays", BufferUsages::STORAGE, &probe_rays)?,
                 buffers::empty(gpu, "hits", result, hits_size)?,
             ],
-            pipelines: [0.0, 1.0].map(|any| {
-                let constants = [("FIND_ANY", any), ("MESHES_MOVE", moves)];
-                shader::compute_pipeline(gpu, WGSL, "probe", &constants)
-            }),
+            pipelines: [false, true]
+                .map(|any| shader::compute_pipeline(gpu, wgsl(moves, any), "probe")),
             rays: rays.len() as u32,
         })
     }

@@ -1,7 +1,5 @@
 // Rays against one mesh: the host's side is mesh_probe.rs.
 
-override FIND_ANY: bool = false;
-
 struct ProbeRay {
     origin: vec3f,
     time: f32,

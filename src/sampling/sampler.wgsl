@@ -1,7 +1,5 @@
-// Samplers: twin of sampler.rs.
+// Samplers: twin of sampler.rs. The module that uses it declares the constant `SAMPLER`.
 
-// The sampler is fixed when the pipeline is built.
-override SAMPLER: u32;
 const RANDOM: u32 = 0u;
 const STRATIFIED: u32 = 1u;
 

@@ -7,14 +7,10 @@
 //! flux per steradian, which a look-up knows as well; a draw comes with a density p near it (for the
 //! clear sky p̂/p has a variance of 0.016) and carries their ratio. The camera sees the map through a tent one texel wide on
 //! either side (bilinear, by a random shift of the look-up), without blocks.
-//!
-//! A texel is one word, three mantissas of 9 bits and a common exponent (RGB9E5, but for the exponent,
-//! which counts down from the brightest channel of the map). It is exact to 2⁻⁹ of its largest channel,
-//! a third of a step of an 8-bit sRGB frame; two words would cost a fifth of the speed where the map
-//! outgrows the caches.
 
 use super::import::ImportError;
 use super::import::image::{Picture, light_map};
+use super::texel::{exponent_base, pack, unpack};
 use crate::sampling::median_cut::{Rectangle, median_cut};
 use crate::sampling::random::unit;
 use crate::sampling::warp::{atan2_turns, sin_cos_turns};
@@ -103,7 +99,7 @@ impl Environment {
     /// The map of `colors`, row by row from the zenith.
     fn from_texels(width: usize, height: usize, colors: &[Vec3]) -> Self {
         let brightest = colors.iter().fold(0.0, |max: f32, color| max.max(color.max_element()));
-        let base = scale_exponent(brightest).saturating_sub(31).max(1);
+        let base = exponent_base(brightest);
         let texels: Vec<u32> = colors.iter().map(|&color| pack(color, base)).collect();
         let row_sine = |j: usize| ((0.5 - j as f64 / height as f64) * PI).sin();
         let solid_angle = |j: usize| (row_sine(j) - row_sine(j + 1)) * TAU / width as f64;
@@ -166,28 +162,6 @@ pub fn luminance(radiance: Vec3) -> f32 {
     radiance.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// Three mantissas of 9 bits in the upper bits, and in the lowest 5 the biased exponent of their
-/// common scale, less `base`.
-fn pack(radiance: Vec3, base: u32) -> u32 {
-    let radiance = radiance.max(Vec3::ZERO);
-    let exponent = scale_exponent(radiance.max_element()).saturating_sub(base).min(31);
-    let scale = f32::from_bits((exponent + base) << 23);
-    let [r, g, b] = (radiance / scale).to_array().map(|v| (v.round() as u32).min(511));
-    r << 23 | g << 14 | b << 5 | exponent
-}
-
-/// The channels that [`pack`] packed.
-fn unpack(texel: u32, base: u32) -> Vec3 {
-    let scale = f32::from_bits(((texel & 31) + base) << 23);
-    let mantissas = [texel >> 23, (texel >> 14) & 511, (texel >> 5) & 511];
-    Vec3::from(mantissas.map(|m| m as f32)) * scale
-}
-
-/// Biased exponent of the power of two which goes 256 to 512 times into `largest`.
-fn scale_exponent(largest: f32) -> u32 {
-    (largest.to_bits() >> 23).saturating_sub(8).max(1)
-}
-
 fn texel_direction(i: usize, j: usize, width: usize, height: usize) -> DVec3 {
     let (sin_phi, cos_phi) = ((0.5 - (i as f64 + 0.5) / width as f64) * TAU).sin_cos();
     let (sin_elevation, cos_elevation) = ((0.5 - (j as f64 + 0.5) / height as f64) * PI).sin_cos();
@@ -229,24 +203,6 @@ mod tests {
             let [a, b, ..] = key.words(i, 0, 0);
             map.sample([a, b])
         })
-    }
-
-    #[test]
-    fn packing_keeps_nine_bits_of_the_largest_channel() {
-        for (radiance, brightest) in [
-            ([160.0, 145.0, 120.0], 160.0),
-            ([0.22, 0.19, 1e-3], 160.0),
-            ([1e5, 3.0, 0.0], 1e6),
-            ([2e-9, 1e-9, 0.0], 1.0),
-            ([1e-30; 3], 1e-30),
-            ([511.9; 3], 511.9),
-        ] {
-            let base = scale_exponent(brightest).saturating_sub(31).max(1);
-            let radiance = Vec3::from(radiance);
-            let error = (unpack(pack(radiance, base), base) - radiance).abs().max_element();
-            assert!(error <= radiance.max_element() / 512.0, "{radiance}: {error}");
-        }
-        assert_eq!(unpack(pack(Vec3::ZERO, 90), 90), Vec3::ZERO);
     }
 
     /// p̂/p of a draw.

@@ -44,11 +44,5 @@ fn environment_evaluate(direction: vec3f, shift: vec2f) -> vec4f {
 fn environment_texel(x: f32, y: f32) -> vec3f {
     let i = min(u32(x), environment.width - 1u);
     let j = min(u32(y), environment.height - 1u);
-    return unpack(environment_texels[j * environment.width + i]);
-}
-
-// Three mantissas of 9 bits under a common power of two.
-fn unpack(texel: u32) -> vec3f {
-    let scale = bitcast<f32>(((texel & 31u) + environment.exponent_base) << 23u);
-    return vec3f(vec3u(texel >> 23u, (texel >> 14u) & 511u, (texel >> 5u) & 511u)) * scale;
+    return unpack(environment_texels[j * environment.width + i], environment.exponent_base);
 }

@@ -1,7 +1,5 @@
-// The shutter's profile: twin of shutter.rs.
+// The shutter's profile: twin of shutter.rs. The module that uses it declares the constant `SHUTTER_KIND`.
 
-// The kind is fixed when the pipeline is built.
-override SHUTTER_KIND: u32;
 const TRAPEZOID: u32 = 1u;
 const GAUSSIAN: u32 = 2u;
 

@@ -1,6 +1,7 @@
-//! Albedo patterns of the sphere over its object-space unit vector n.
+//! Patterns of albedo. How a surface reflects beyond that is [`super::bsdf`]'s.
 
 use crate::sampling::warp::atan2_turns;
+use crate::scene::picture::{PictureRef, Pictures};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use shutterlab_stimuli::scene;
@@ -11,7 +12,7 @@ use shutterlab_stimuli::scene;
 pub struct Material {
     /// Albedo of a constant pattern, of light cells, and where the noise is 1.
     pub light: Vec3,
-    /// 0 constant, 1 checker, 2 noise.
+    /// [`Material::CONSTANT`] and so on.
     pub kind: u32,
     /// Albedo of dark cells, and where the noise is 0.
     pub dark: Vec3,
@@ -23,38 +24,67 @@ pub struct Material {
     pub contrast: f32,
     /// Fills up to a multiple of 16 bytes.
     pub padding: [u32; 2],
+    /// The picture of an image.
+    pub picture: PictureRef,
+    /// Fills up to a multiple of 16 bytes.
+    pub padding_too: u32,
 }
 
-const CONSTANT: u32 = 0;
-const CHECKER: u32 = 1;
-const NOISE: u32 = 2;
+/// A place on a surface, as patterns see it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// See [`scene::Material`].
+    pub n: Vec3,
+    /// u and v of a plane or of a mesh with texture coordinates; elsewhere they follow from n.
+    pub coordinates: Option<[f32; 2]>,
+}
+
+/// The coordinates about a sphere: u, and half of v, so that the cells of a checker are square about the
+/// equator.
+fn about_sphere(n: Vec3) -> [f32; 2] {
+    let turns = atan2_turns(-n.z, n.x);
+    [turns - turns.floor(), atan2_turns((1.0 - n.y * n.y).max(0.0).sqrt(), n.y)]
+}
 
 impl Material {
-    /// The pattern of `description`.
-    pub fn new(description: &scene::Material) -> Self {
+    /// One albedo.
+    pub const CONSTANT: u32 = 0;
+    /// A checker.
+    pub const CHECKER: u32 = 1;
+    /// Value noise.
+    pub const NOISE: u32 = 2;
+    /// A picture.
+    pub const IMAGE: u32 = 3;
+    /// Colours and pictures of the mesh's own.
+    pub const MODEL: u32 = 4;
+
+    /// The pattern of `description`, with its picture if it has one.
+    pub fn new(description: &scene::Material, picture: PictureRef) -> Self {
         let grey = |reflectance: f64| Vec3::splat(reflectance as f32);
         let plain = Self {
-            light: Vec3::ZERO,
-            kind: CONSTANT,
+            light: Vec3::ONE,
+            kind: Self::CONSTANT,
             dark: Vec3::ZERO,
             frequency: 0.0,
             octaves: 0,
             contrast: 0.0,
             padding: [0; 2],
+            picture,
+            padding_too: 0,
         };
         match *description {
-            scene::Material::Constant { albedo } => {
+            scene::Material::Constant { albedo, .. } => {
                 Self { light: Vec3::from(albedo.map(|a| a as f32)), ..plain }
             }
-            scene::Material::Checker { cells, light, dark } => Self {
-                kind: CHECKER,
+            scene::Material::Checker { cells, light, dark, .. } => Self {
+                kind: Self::CHECKER,
                 light: grey(light),
                 dark: grey(dark),
                 frequency: cells as f32,
                 ..plain
             },
-            scene::Material::Noise { light, dark, frequency, octaves, contrast } => Self {
-                kind: NOISE,
+            scene::Material::Noise { light, dark, frequency, octaves, contrast, .. } => Self {
+                kind: Self::NOISE,
                 light: grey(light),
                 dark: grey(dark),
                 frequency: frequency as f32,
@@ -62,23 +92,30 @@ impl Material {
                 contrast: contrast as f32,
                 ..plain
             },
+            scene::Material::Image { .. } => Self { kind: Self::IMAGE, ..plain },
+            scene::Material::Model { .. } => Self { kind: Self::MODEL, ..plain },
         }
     }
 
-    /// The albedo where the sphere's object-space unit vector is `n`.
-    pub fn albedo(&self, n: Vec3) -> Vec3 {
+    /// The albedo at `place`; that of a model is 1 here, its colours being the mesh's.
+    pub fn albedo(&self, place: &Place, pictures: &Pictures) -> Vec3 {
         match self.kind {
-            CHECKER => {
-                let turns = atan2_turns(-n.z, n.x);
-                let u = turns - turns.floor();
-                let v = 2.0 * atan2_turns((1.0 - n.y * n.y).max(0.0).sqrt(), n.y);
-                let cell = (self.frequency * u).floor() + (0.5 * self.frequency * v).floor();
+            Self::CHECKER => {
+                let [u, v] = place.coordinates.unwrap_or_else(|| about_sphere(place.n));
+                let cell = (self.frequency * u).floor() + (self.frequency * v).floor();
                 // Even where half the cell number is whole.
                 if 0.5 * cell == (0.5 * cell).floor() { self.light } else { self.dark }
             }
-            NOISE => {
-                let stretched = 0.5 + self.contrast * (self.fractal_noise(n) - 0.5);
+            Self::NOISE => {
+                let stretched = 0.5 + self.contrast * (self.fractal_noise(place.n) - 0.5);
                 self.dark + (self.light - self.dark) * stretched.clamp(0.0, 1.0)
+            }
+            Self::IMAGE => {
+                let [u, v] = place.coordinates.unwrap_or_else(|| {
+                    let [u, half_v] = about_sphere(place.n);
+                    [u, 2.0 * half_v]
+                });
+                pictures.color(self.picture, u, v)
             }
             _ => self.light,
         }
@@ -138,6 +175,14 @@ mod tests {
     use super::*;
     use std::f32::consts::TAU;
 
+    fn material(description: scene::Material) -> Material {
+        Material::new(&description, PictureRef::default())
+    }
+
+    fn albedo(material: &Material, n: Vec3) -> f32 {
+        material.albedo(&Place { n, coordinates: None }, &Pictures::default()).x
+    }
+
     fn directions() -> impl Iterator<Item = Vec3> {
         // A Fibonacci spiral: even cover of the sphere.
         (0..20_000).map(|i| {
@@ -150,29 +195,31 @@ mod tests {
 
     #[test]
     fn the_checker_has_its_cells() {
-        let checker = Material::new(&scene::Material::Checker { cells: 8, light: 0.8, dark: 0.1 });
+        let checker =
+            material(scene::Material::Checker { cells: 8, light: 0.8, dark: 0.1, coat: None });
         // Half the sphere is light: cells of one ring are equal in area.
-        let light = directions().filter(|&n| checker.albedo(n).x > 0.5).count();
+        let light = directions().filter(|&n| albedo(&checker, n) > 0.5).count();
         assert!((light as f64 / 20_000.0 - 0.5).abs() < 0.01, "{light}");
         // Eight changes around the equator's upper ring, and the first cell, u and v just above 0, is light.
         let ring: Vec<f32> = (0..800)
             .map(|i| (i as f32 + 0.5) / 800.0 * TAU)
-            .map(|phi| checker.albedo(Vec3::new(0.8 * phi.cos(), 0.6, -0.8 * phi.sin())).x)
+            .map(|phi| albedo(&checker, Vec3::new(0.8 * phi.cos(), 0.6, -0.8 * phi.sin())))
             .collect();
         assert_eq!((0..800).filter(|&i| ring[i] != ring[(i + 1) % 800]).count(), 8);
-        assert_eq!(checker.albedo(Vec3::new(0.02, 1.0, -0.001).normalize()).x, 0.8);
+        assert_eq!(albedo(&checker, Vec3::new(0.02, 1.0, -0.001).normalize()), 0.8);
     }
 
     #[test]
     fn the_noise_stays_in_range_with_its_mean_in_the_middle() {
-        let noise = Material::new(&scene::Material::Noise {
+        let noise = material(scene::Material::Noise {
             light: 0.8,
             dark: 0.1,
             frequency: 4.0,
             octaves: 4,
             contrast: 2.2,
+            coat: None,
         });
-        let values: Vec<f32> = directions().map(|n| noise.albedo(n).x).collect();
+        let values: Vec<f32> = directions().map(|n| albedo(&noise, n)).collect();
         assert!(values.iter().all(|v| (0.1..=0.8).contains(v)));
         let mean = values.iter().sum::<f32>() / values.len() as f32;
         assert!((mean - 0.45).abs() < 0.05, "{mean}");

@@ -1,4 +1,4 @@
-// Albedo patterns of the sphere over its object-space unit vector: twin of material.rs.
+// Patterns of albedo: twin of material.rs.
 
 struct Material {
     light: vec3f,
@@ -7,25 +7,42 @@ struct Material {
     frequency: f32,
     octaves: u32,
     contrast: f32,
+    @align(16) picture: PictureRef,
 }
 
-// The kind is fixed when the pipeline is built, so that only its own branch is left.
-override MATERIAL_KIND: u32;
+const CONSTANT: u32 = 0u;
 const CHECKER: u32 = 1u;
 const NOISE: u32 = 2u;
+const IMAGE: u32 = 3u;
 
-fn material_albedo(material: Material, n: vec3f) -> vec3f {
-    if MATERIAL_KIND == CHECKER {
-        let u = fract(atan2_turns(-n.z, n.x));
-        let v = 2.0 * atan2_turns(sqrt(max(1.0 - n.y * n.y, 0.0)), n.y);
-        let cell = floor(material.frequency * u) + floor(0.5 * material.frequency * v);
+// The albedo where the place of patterns is `n`, and u and v are `coordinates` or follow from n. The kind
+// comes apart from the material, so that it can be a constant, which leaves its own branch alone.
+fn material_albedo(kind: u32, material: Material, n: vec3f, is_given: bool, coordinates: vec2f) -> vec3f {
+    if kind == CHECKER || kind == IMAGE {
+        var at = coordinates;
+        if !is_given {
+            at = about_sphere(n);
+            if kind == IMAGE {
+                at.y *= 2.0;
+            }
+        }
+        if kind == IMAGE {
+            return picture_color(material.picture, at.x, at.y);
+        }
+        let cells = floor(material.frequency * at);
+        let cell = cells.x + cells.y;
         return select(material.dark, material.light, 0.5 * cell == floor(0.5 * cell));
     }
-    if MATERIAL_KIND == NOISE {
+    if kind == NOISE {
         let stretched = 0.5 + material.contrast * (fractal_noise(material, n) - 0.5);
         return material.dark + (material.light - material.dark) * clamp(stretched, 0.0, 1.0);
     }
     return material.light;
+}
+
+// The coordinates about a sphere: u, and half of v.
+fn about_sphere(n: vec3f) -> vec2f {
+    return vec2f(fract(atan2_turns(-n.z, n.x)), atan2_turns(sqrt(max(1.0 - n.y * n.y, 0.0)), n.y));
 }
 
 // Octaves of value noise, normalised to [0, 1].

@@ -1,49 +1,72 @@
-//! Files that stimuli are made with besides their definitions, such as light maps. They are kept beside
-//! the sequences by what they hold, so a folder of sequences can be moved, checked and rendered again
-//! with nothing else at hand.
+//! Files that stimuli are made with besides their definitions: light maps, pictures and models. They are
+//! kept beside the sequences by what they hold, so a folder of sequences can be moved, checked and
+//! rendered again with nothing else at hand.
 
 use crate::frames::hex;
+use percent_encoding::percent_decode_str;
 use sha2::{Digest, Sha256};
+use shutterlab_data_schema::definition::DefinitionError;
 use shutterlab_data_schema::files::{create_folder, named, write_atomically};
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Name of the folder of assets beside the sequences.
 const FOLDER: &str = "assets";
 
-/// A file as it was found.
+/// A file as it was found, with the files that it names in turn, as models do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Asset {
     /// Where.
     pub source: PathBuf,
-    /// SHA-256 of its bytes, in hexadecimal.
+    /// SHA-256 of its bytes, in hexadecimal. With companions, that of the list of all names and hashes.
     pub sha256: String,
+    /// Paths of the files it names, from its folder.
+    companions: Vec<PathBuf>,
 }
 
 impl Asset {
-    /// Reads and hashes the file at `source`.
+    /// Reads and hashes the file at `source` and its companions.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// One of them cannot be read, or a companion lies neither beside the file nor below.
     pub fn open(source: &Path) -> io::Result<Self> {
-        Ok(Self { source: source.into(), sha256: sha256(source)? })
+        let mut companions = companions(source)?;
+        companions.sort();
+        companions.dedup();
+        let apart = |path: &&PathBuf| !path.components().all(|c| matches!(c, Component::Normal(_)));
+        if let Some(path) = companions.iter().find(apart) {
+            let what = format!("names {}, which is neither beside nor below it", path.display());
+            return Err(named(source, &io::Error::other(what)));
+        }
+        let sha256 = hash(source, &companions)?;
+        Ok(Self { source: source.into(), sha256, companions })
     }
 
-    /// Copies the file to the assets of the sequences in `out`, unless it is there.
+    /// Copies the file and its companions to the assets of the sequences in `out`, unless they are there.
     ///
     /// # Errors
-    /// It cannot be read or written, or has changed since it was opened.
+    /// One of them cannot be read or written, or has changed since it was opened.
     pub fn keep(&self, out: &Path) -> io::Result<()> {
-        let file = path(out, &self.source, &self.sha256);
-        if file.exists() {
+        let kept = path(out, &self.source, &self.sha256);
+        if kept.exists() {
             return Ok(());
         }
-        let bytes = std::fs::read(&self.source).map_err(|e| named(&self.source, &e))?;
-        if hex(&Sha256::digest(&bytes)) != self.sha256 {
+        if hash(&self.source, &self.companions)? != self.sha256 {
             return Err(named(&self.source, &io::Error::other("has changed meanwhile")));
         }
-        create_folder(&out.join(FOLDER))?;
-        write_atomically(&file, &bytes)
+        // The file comes last: where it is, its companions are.
+        let copies = self.companions.iter().map(|companion| {
+            (
+                self.source.with_file_name("").join(companion),
+                kept.with_file_name("").join(companion),
+            )
+        });
+        for (from, to) in copies.chain([(self.source.clone(), kept.clone())]) {
+            let bytes = std::fs::read(&from).map_err(|e| named(&from, &e))?;
+            create_folder(to.parent().unwrap_or(out))?;
+            write_atomically(&to, &bytes)?;
+        }
+        Ok(())
     }
 }
 
@@ -55,8 +78,106 @@ pub(crate) fn sha256(path: &Path) -> io::Result<String> {
 
 /// Where the file called `name` with this hash is kept beside the sequences in `out`.
 pub fn path(out: &Path, name: &Path, sha256: &str) -> PathBuf {
-    let kept = out.join(FOLDER).join(sha256);
-    name.extension().map_or(kept.clone(), |ending| kept.with_extension(ending))
+    out.join(FOLDER).join(sha256).join(name.file_name().unwrap_or_default())
+}
+
+/// SHA-256 of the file at `source`, or of the list of its and its companions' names and hashes.
+fn hash(source: &Path, companions: &[PathBuf]) -> io::Result<String> {
+    let own = sha256(source)?;
+    if companions.is_empty() {
+        return Ok(own);
+    }
+    let mut list = Sha256::new();
+    list.update(&own);
+    for companion in companions {
+        list.update(companion.as_os_str().as_encoded_bytes());
+        list.update(sha256(&source.with_file_name("").join(companion))?);
+    }
+    Ok(hex(&list.finalize()))
+}
+
+/// The files that the model at `source` names: libraries of materials, buffers and pictures. Those that
+/// are not there are left to the reader of the model to miss.
+fn companions(source: &Path) -> io::Result<Vec<PathBuf>> {
+    let read = |path: &Path| std::fs::read(path).map_err(|e| named(path, &e));
+    let folder = source.with_file_name("");
+    let ending = source.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    match ending.as_str() {
+        "obj" => {
+            let libraries = mentioned(&read(source)?, "mtllib", &folder, Path::new(""));
+            let mut all = libraries.clone();
+            for library in libraries {
+                let beside = library.parent().unwrap_or(Path::new(""));
+                all.extend(mentioned(&read(&folder.join(&library))?, "map_Kd", &folder, beside));
+            }
+            Ok(all)
+        }
+        "gltf" => {
+            let document: serde_json::Value =
+                serde_json::from_slice(&read(source)?).unwrap_or_default();
+            let uris = ["buffers", "images"]
+                .into_iter()
+                .flat_map(|list| document[list].as_array().into_iter().flatten())
+                .filter_map(|entry| entry["uri"].as_str())
+                .filter(|uri| !uri.starts_with("data:"));
+            let decoded = uris.map(|uri| percent_decode_str(uri).decode_utf8_lossy().into_owned());
+            Ok(decoded.map(PathBuf::from).filter(|path| folder.join(path).is_file()).collect())
+        }
+        _ => Ok(vec![]),
+    }
+}
+
+/// The files below `folder` that lines of `text` name behind `key`: options may come first, and names may
+/// have spaces, so it is the longest ending of the line that is a file. Names count from `beside`.
+fn mentioned(text: &[u8], key: &str, folder: &Path, beside: &Path) -> Vec<PathBuf> {
+    let text = String::from_utf8_lossy(text);
+    let name = |line: &str| {
+        let mut rest = line.trim().strip_prefix(key)?.strip_prefix(char::is_whitespace)?.trim();
+        loop {
+            let path = beside.join(rest.replace('\\', "/"));
+            if folder.join(&path).is_file() {
+                return Some(path);
+            }
+            rest = rest.split_once(char::is_whitespace)?.1.trim_start();
+        }
+    };
+    text.lines().filter_map(name).collect()
+}
+
+/// Collects the files that a definition names.
+#[derive(Debug)]
+pub(crate) struct Assets<'a> {
+    /// What an error calls the definition.
+    pub place: &'a str,
+    /// The folder that paths are from.
+    pub folder: PathBuf,
+    /// What was found.
+    pub found: Vec<Asset>,
+}
+
+impl Assets<'_> {
+    /// Finds the file called `file`, which `field` names, and puts its name and hash in their places; a
+    /// hash that is there must be right.
+    pub fn find(
+        &mut self,
+        field: &str,
+        file: &mut String,
+        sha256: &mut String,
+    ) -> Result<(), DefinitionError> {
+        let source = self.folder.join(&*file);
+        let asset = Asset::open(&source).map_err(|error| {
+            DefinitionError::value(self.place, field, &*file, error.to_string())
+        })?;
+        if !sha256.is_empty() && *sha256 != asset.sha256 {
+            let allowed = format!("the file's SHA-256 is {}", asset.sha256);
+            let field = field.replace("file", "sha256");
+            return Err(DefinitionError::value(self.place, field, &*sha256, allowed));
+        }
+        *file = source.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        sha256.clone_from(&asset.sha256);
+        self.found.push(asset);
+        Ok(())
+    }
 }
 
 #[cfg(test)]
@@ -72,12 +193,46 @@ mod tests {
         // The hash of "abc" in FIPS 180-2.
         assert!(asset.sha256.starts_with("ba7816bf8f01cfea414140de5dae2223"));
         asset.keep(folder.path()).unwrap();
-        let kept = path(folder.path(), Path::new("sky.hdr"), &asset.sha256);
+        let kept = path(folder.path(), &source, &asset.sha256);
         assert_eq!(std::fs::read(&kept).unwrap(), b"abc");
         std::fs::write(&source, "abd").unwrap();
         asset.keep(folder.path()).unwrap();
         std::fs::remove_file(&kept).unwrap();
         let error = asset.keep(folder.path()).unwrap_err().to_string();
         assert!(error.contains("sky.hdr: has changed meanwhile"), "{error}");
+    }
+
+    #[test]
+    fn a_model_is_kept_with_all_that_it_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        };
+        write("in/cow.obj", "mtllib mtl/cow.mtl\nmtllib missing.mtl\nv 0 0 0\n");
+        write("in/mtl/cow.mtl", "newmtl a\nmap_Kd -s 1 1 1 maps/the cow.png\n");
+        write("in/mtl/maps/the cow.png", "picture");
+        let source = folder.path().join("in/cow.obj");
+        let asset = Asset::open(&source).unwrap();
+        let out = folder.path().join("out");
+        asset.keep(&out).unwrap();
+        let kept = path(&out, &source, &asset.sha256);
+        assert_eq!(Asset::open(&kept).unwrap().sha256, asset.sha256);
+        assert!(kept.with_file_name("mtl").join("maps/the cow.png").exists());
+        write("in/mtl/maps/the cow.png", "another");
+        assert_ne!(Asset::open(&source).unwrap().sha256, asset.sha256);
+
+        let gltf = |uri: &str| {
+            format!(r#"{{"buffers": [{{"uri": "{uri}"}}], "images": [{{"uri": "data:,"}}]}}"#)
+        };
+        write("in/a.gltf", &gltf("a%20b.bin"));
+        write("in/a b.bin", "numbers");
+        let asset = Asset::open(&folder.path().join("in/a.gltf")).unwrap();
+        assert_eq!(asset.companions, [PathBuf::from("a b.bin")]);
+
+        write("in/b.gltf", &gltf("../in/a%20b.bin"));
+        let error = Asset::open(&folder.path().join("in/b.gltf")).unwrap_err().to_string();
+        assert!(error.contains("b.gltf: names ../in/a b.bin, which is neither"), "{error}");
     }
 }

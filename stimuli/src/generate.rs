@@ -197,7 +197,7 @@ impl Request<'_> {
             count(&|index| !frame_path(&folder, index).exists())
                 * (pixels(stimulus.frame_size_px()) * 7 / 10)
                 + count(&|index| self.lacks_exr(&folder, index))
-                    * (4 * pixels(views) * stimulus.views().len() as u64)
+                    * (4 * pixels(views) * stimulus.views(0).len() as u64)
         };
         self.stimuli.iter().map(of_stimulus).sum()
     }

@@ -1,6 +1,6 @@
 //! A grid of stimuli: axes × levels, one TOML file. Selection of cells, and their resolution.
 
-use crate::assets::Asset;
+use crate::assets::{Asset, Assets};
 use crate::scene::{Material, Scene};
 use crate::stereo::{Layout, Stereo};
 use crate::stimulus::{ImageFormat, Method, Sampler, ShutterProfile, Stimulus, Trajectory};
@@ -112,14 +112,6 @@ impl Grid {
         Ok(Self { folder, ..Self::parse(&text, grid)? })
     }
 
-    /// The files that its scene needs.
-    ///
-    /// # Errors
-    /// As [`Scene::load`].
-    pub fn assets(&self) -> Result<Vec<Asset>, DefinitionError> {
-        Ok(Scene::load(&self.scene, &self.folder)?.1)
-    }
-
     /// Whether [`Grid::load`] takes `grid` for a shipped one, even where a file has that name.
     pub fn is_shipped(grid: &str) -> bool {
         SHIPPED.iter().any(|(name, _)| *name == grid)
@@ -180,7 +172,7 @@ impl Grid {
         }
         self.check_sampling(file)?;
         for (name, material) in &self.materials {
-            check_material(&format!("materials.{name}"), material, file)?;
+            material.check(&format!("materials.{name}"), file)?;
         }
         self.check_axes(file)
     }
@@ -311,27 +303,37 @@ impl Grid {
         ]
     }
 
-    /// The stimuli of all cells that `selection` takes, in the order of the axes.
+    /// The stimuli of all cells that `selection` takes, in the order of the axes, and the files that they
+    /// are made with.
     ///
     /// # Errors
-    /// As [`Scene::load`].
-    pub fn stimuli(&self, selection: &Selection) -> Result<Vec<Stimulus>, DefinitionError> {
-        let (scene, _) = Scene::load(&self.scene, &self.folder)?;
-        let half_view_m = 0.5 * f64::from(self.image.width_px)
-            / scene.camera.pixels_per_metre(self.image.width_px);
-        if self.trajectory == Trajectory::Bounce && half_view_m <= scene.sphere.radius_m {
-            let radius = scene.sphere.radius_m;
-            let allowed = format!(
-                "a sphere of radius {radius} m has no room to roll in a view {half_view_m} m to either side"
-            );
-            return Err(DefinitionError::value(&self.name, "trajectory", "bounce", allowed));
+    /// As [`Scene::load`], or the scene does not suit the grid.
+    pub fn resolve(
+        &self,
+        selection: &Selection,
+    ) -> Result<(Vec<Stimulus>, Vec<Asset>), DefinitionError> {
+        let (scene, found) = Scene::load(&self.scene, &self.folder)?;
+        let mut materials = self.materials.clone();
+        let mut assets = Assets { place: &self.name, folder: self.folder.clone(), found };
+        for (name, material) in &mut materials {
+            material.find_files(&format!("materials.{name}"), &mut assets)?;
         }
         let cells = self.cells().into_iter().filter(|&cell| selection.takes(cell));
         let exemplars = |cell| (0..self.exemplars).map(move |exemplar| (cell, exemplar));
-        Ok(cells
+        let stimuli: Vec<Stimulus> = cells
             .flat_map(exemplars)
-            .map(|(cell, exemplar)| self.stimulus(cell, exemplar, &scene))
-            .collect())
+            .map(|(cell, exemplar)| self.stimulus(cell, exemplar, &scene, &materials))
+            .collect();
+        stimuli.iter().try_for_each(|stimulus| stimulus.check(&self.name))?;
+        Ok((stimuli, assets.found))
+    }
+
+    /// The stimuli of [`Grid::resolve`].
+    ///
+    /// # Errors
+    /// As [`Grid::resolve`].
+    pub fn stimuli(&self, selection: &Selection) -> Result<Vec<Stimulus>, DefinitionError> {
+        Ok(self.resolve(selection)?.0)
     }
 
     /// The level names of each cell, axis by axis; the last axis varies fastest.
@@ -350,7 +352,13 @@ impl Grid {
     }
 
     /// The stimulus of the cell with these levels.
-    fn stimulus(&self, cell: [&str; 4], exemplar: u32, scene: &Scene) -> Stimulus {
+    fn stimulus(
+        &self,
+        cell: [&str; 4],
+        exemplar: u32,
+        scene: &Scene,
+        materials: &IndexMap<String, Material>,
+    ) -> Stimulus {
         let Axes { material, speed_deg_per_s, shutter_open_fraction, samples } = &self.axes;
         let speed_deg_per_s = speed_deg_per_s[cell[1]];
         let width_px = self.image.width_px;
@@ -364,7 +372,7 @@ impl Grid {
             id: cell.join("-"),
             levels: AXES.map(String::from).into_iter().zip(cell.map(String::from)).collect(),
             method: self.method,
-            material: self.materials[&material[cell[0]]].clone(),
+            material: materials[&material[cell[0]]].clone(),
             speed_deg_per_s,
             speed_px_per_s,
             speed_m_per_s: speed_px_per_s / scene.camera.pixels_per_metre(width_px),
@@ -382,37 +390,6 @@ impl Grid {
             stereo: self.stereo.clone(),
             scene: scene.clone(),
         }
-    }
-}
-
-fn check_material(field: &str, material: &Material, file: &str) -> Result<(), DefinitionError> {
-    let refuse = |key: &str, value: String, allowed: &str| {
-        Err(DefinitionError::value(file, format!("{field}.{key}"), value, allowed))
-    };
-    let reflectances = match material {
-        Material::Constant { albedo } => albedo.map(|value| ("albedo", value)).to_vec(),
-        Material::Checker { light, dark, .. } | Material::Noise { light, dark, .. } => {
-            vec![("light", *light), ("dark", *dark)]
-        }
-    };
-    if let Some((key, value)) = reflectances.iter().find(|(_, value)| !(0.0..=1.0).contains(value))
-    {
-        return refuse(key, value.to_string(), "a reflectance is 0 to 1");
-    }
-    match *material {
-        Material::Checker { cells, .. } if cells == 0 || cells % 2 == 1 || cells > 4096 => {
-            refuse("cells", cells.to_string(), "an even number from 2 to 4096 closes the pattern")
-        }
-        Material::Noise { octaves, .. } if !(1..=8).contains(&octaves) => {
-            refuse("octaves", octaves.to_string(), "1 to 8 are allowed")
-        }
-        Material::Noise { frequency, .. } if !(0.01..=1e4).contains(&frequency) => {
-            refuse("frequency", frequency.to_string(), "0.01 to 10000 is allowed")
-        }
-        Material::Noise { contrast, .. } if !(0.0..=1e3).contains(&contrast) => {
-            refuse("contrast", contrast.to_string(), "0 to 1000 is allowed")
-        }
-        _ => Ok(()),
     }
 }
 

@@ -1,12 +1,25 @@
-//! Scene descriptions: camera, sphere, floor, environment and materials, as data.
+//! Scene descriptions: camera, objects, lights and environment, as data.
 
-use crate::assets::Asset;
+pub mod camera;
+pub mod material;
+pub mod object;
+
+pub use camera::{Camera, CameraMotion};
+pub use material::{Coat, Material};
+pub use object::{Deformation, Motion, Object, Orientation, Rotation, Shape};
+
+use crate::assets::{Asset, Assets};
 use serde::{Deserialize, Serialize};
 use shutterlab_data_schema::definition::{self, DefinitionError};
 use std::path::Path;
 
-/// A sphere that rolls over a floor under an environment, seen by a pinhole camera.
-/// Metres, right-handed, y up.
+/// Most objects of a scene, each of which every ray looks at.
+pub const MAX_OBJECTS: usize = 32;
+
+/// Most lights of a scene, each of which every hit looks at.
+pub const MAX_LIGHTS: usize = 16;
+
+/// Objects under an environment and lights, seen by a pinhole camera. Metres, right-handed, y up.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
@@ -16,44 +29,13 @@ pub struct Scene {
     pub name: String,
     /// The camera.
     pub camera: Camera,
-    /// The sphere, which moves along x over the floor at z = 0.
-    pub sphere: Sphere,
-    /// The floor at y = 0.
-    pub floor: Floor,
-    /// The light.
+    /// The light from all around.
     pub environment: Environment,
-}
-
-/// A pinhole camera.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Camera {
-    /// Where the pinhole is.
-    pub position_m: [f64; 3],
-    /// The point in the centre of the image.
-    pub look_at_m: [f64; 3],
-    /// Focal length of the lens.
-    pub focal_length_mm: f64,
-    /// Width of the sensor, which the image's width fills.
-    pub sensor_width_mm: f64,
-}
-
-/// The moving object.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Sphere {
-    /// Its radius.
-    pub radius_m: f64,
-}
-
-/// A square Lambertian floor at y = 0, centred on the origin.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Floor {
-    /// Diffuse reflectance.
-    pub albedo: f64,
-    /// Length of a side.
-    pub side_m: f64,
+    /// Lights without extent.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lights: Vec<Light>,
+    /// What there is to see.
+    pub objects: Vec<Object>,
 }
 
 /// The light around the scene.
@@ -80,6 +62,26 @@ pub struct LightMap {
     pub sha256: String,
 }
 
+/// A light without extent. Its colour is linear Rec. 709.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind", deny_unknown_fields)]
+pub enum Light {
+    /// Shines from a point in all directions.
+    Point {
+        /// The point.
+        position_m: [f64; 3],
+        /// Radiant intensity: the irradiance at a distance of one metre.
+        intensity: [f64; 3],
+    },
+    /// Shines from infinitely far away.
+    Directional {
+        /// The direction in which the light goes.
+        direction: [f64; 3],
+        /// Irradiance of a surface that faces the light.
+        irradiance: [f64; 3],
+    },
+}
+
 /// Environments that the renderer makes itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -88,61 +90,6 @@ pub enum BuiltIn {
     ClearSky,
     /// The sun of the clear sky without its aureole and without the sky.
     SunOnly,
-}
-
-/// A Lambertian surface pattern of the sphere, over its object-space unit vector n, with
-/// u = frac(atan2(−n_z, n_x)/2π) and v = acos(n_y)/π.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", tag = "kind", deny_unknown_fields)]
-pub enum Material {
-    /// One albedo everywhere.
-    Constant {
-        /// Diffuse reflectance (linear Rec. 709).
-        albedo: [f64; 3],
-    },
-    /// `light` where ⌊Cu⌋ + ⌊(C/2)v⌋ is even, else `dark`.
-    Checker {
-        /// C, the number of cells around the equator: even, so that the pattern closes.
-        cells: u32,
-        /// Reflectance of the light cells.
-        light: f64,
-        /// Reflectance of the dark cells.
-        dark: f64,
-    },
-    /// `dark` + (`light` − `dark`)·m, with m octaves of value noise on n, normalised, stretched by
-    /// `contrast` about ½ and clamped to [0, 1].
-    Noise {
-        /// Reflectance where m = 1.
-        light: f64,
-        /// Reflectance where m = 0.
-        dark: f64,
-        /// Lattice cells per unit of the first octave; each further octave doubles it and halves
-        /// its amplitude.
-        frequency: f64,
-        /// Number of octaves, 1 to 8.
-        octaves: u32,
-        /// Stretch about ½.
-        contrast: f64,
-    },
-}
-
-/// What a surface reflects apart from its pattern of albedo: microfacets after Trowbridge and Reitz (GGX,
-/// Walter et al. 2007). α is the square of `roughness`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", tag = "kind", deny_unknown_fields)]
-pub enum Coat {
-    /// A metal, whose reflectance at normal incidence is the albedo; nothing is scattered below.
-    Metal {
-        /// 0.02 (nearly a mirror) to 1.
-        roughness: f64,
-    },
-    /// A clear varnish over the diffuse surface.
-    Dielectric {
-        /// 0.02 (nearly a mirror) to 1.
-        roughness: f64,
-        /// Index of refraction, 1.01 to 3.
-        ior: f64,
-    },
 }
 
 /// Scenes that come with Shutterlab, by name.
@@ -162,17 +109,16 @@ impl Scene {
         let text = definition::find(&place, SHIPPED, ["grid", "scene"], "scenes")?;
         let mut scene: Self = definition::parse(&text, &place)?;
         scene.check(&place)?;
-        let mut assets = vec![];
+        let folder = file.parent().unwrap_or(folder).into();
+        let mut assets = Assets { place: &place, folder, found: vec![] };
         if let Environment::Map(map) = &mut scene.environment {
-            let source = file.parent().unwrap_or(folder).join(&map.file);
-            let asset = Asset::open(&source).map_err(|error| {
-                DefinitionError::value(&place, "environment.map.file", &map.file, error.to_string())
-            })?;
-            map.file = source.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            map.sha256.clone_from(&asset.sha256);
-            assets.push(asset);
+            assets.find("environment.map.file", &mut map.file, &mut map.sha256)?;
         }
-        Ok((scene, assets))
+        for (k, object) in scene.objects.iter_mut().enumerate() {
+            object.find_files(&object_field(k), &mut assets)?;
+        }
+        let found = assets.found;
+        Ok((scene, found))
     }
 
     /// Refuses values that make no picture; `file` is what an error calls the scene.
@@ -181,40 +127,35 @@ impl Scene {
         let refuse = |field: &str, value: String, allowed: &str| {
             Err(DefinitionError::value(file, field, value, allowed))
         };
-        let Camera { position_m: [_, y, z], look_at_m, .. } = self.camera;
-        let numbers = [
-            ("camera.focal_length_mm", self.camera.focal_length_mm, 1e-3, 1e6),
-            ("camera.sensor_width_mm", self.camera.sensor_width_mm, 1e-3, 1e6),
-            ("sphere.radius_m", self.sphere.radius_m, 1e-6, 1e6),
-            ("floor.albedo", self.floor.albedo, 0.0, 1.0),
-            ("floor.side_m", self.floor.side_m, 0.0, 1e9),
-        ];
-        for (field, value, low, high) in numbers {
-            if !(low..=high).contains(&value) {
-                return refuse(field, value.to_string(), &format!("{low} to {high} is allowed"));
+        self.camera.check(file)?;
+        if !(1..=MAX_OBJECTS).contains(&self.objects.len()) {
+            let allowed = format!("1 to {MAX_OBJECTS} are allowed");
+            return refuse("objects", self.objects.len().to_string(), &allowed);
+        }
+        for (k, object) in self.objects.iter().enumerate() {
+            object.check(&object_field(k), file)?;
+            self.check_camera_outside(object, file)?;
+        }
+        if self.lights.len() > MAX_LIGHTS {
+            let allowed = format!("up to {MAX_LIGHTS} are allowed");
+            return refuse("lights", self.lights.len().to_string(), &allowed);
+        }
+        for (k, light) in self.lights.iter().enumerate() {
+            let (field, place, color) = match light {
+                Light::Point { position_m, intensity } => ("position_m", position_m, intensity),
+                Light::Directional { direction, irradiance } => {
+                    ("direction", direction, irradiance)
+                }
+            };
+            check_point(&format!("lights[{k}].{field}"), *place, file)?;
+            if field == "direction" && *place == [0.0; 3] {
+                let field = format!("lights[{k}].direction");
+                return refuse(&field, format!("{place:?}"), "a vector with a length is needed");
             }
-        }
-        let points =
-            [("camera.position_m", self.camera.position_m), ("camera.look_at_m", look_at_m)];
-        for (field, point) in points {
-            if !point.iter().all(|coordinate| coordinate.abs() <= 1e6) {
-                return refuse(
-                    field,
-                    format!("{point:?}"),
-                    "coordinates up to 1000000 are allowed",
-                );
+            if !color.iter().all(|channel| (0.0..=1e9).contains(channel)) {
+                let allowed = "colours from 0 to 1e9 are allowed";
+                return refuse(&format!("lights[{k}]"), format!("{color:?}"), allowed);
             }
-        }
-        let position = format!("{:?}", self.camera.position_m);
-        if self.camera.position_m == look_at_m {
-            let allowed = "another point than camera.look_at_m is needed";
-            return refuse("camera.position_m", position, allowed);
-        }
-        if y <= 0.0 {
-            return refuse("camera.position_m", position, "a place above the floor is needed");
-        }
-        if (y - self.sphere.radius_m).hypot(z) <= self.sphere.radius_m {
-            return refuse("camera.position_m", position, "the sphere passes through this place");
         }
         if let Environment::Uniform(radiance) = self.environment
             && !radiance.iter().all(|channel| (0.0..=1e6).contains(channel))
@@ -224,30 +165,34 @@ impl Scene {
         }
         Ok(())
     }
+
+    /// Refuses a camera at rest in a sphere, or where one passes through. Meshes and planes are looked at
+    /// from either side.
+    fn check_camera_outside(&self, object: &Object, file: &str) -> Result<(), DefinitionError> {
+        let Shape::Sphere { radius_m } = object.shape else { return Ok(()) };
+        let offset: [f64; 3] =
+            std::array::from_fn(|i| self.camera.position_m[i] - object.position_m[i]);
+        let along = object.direction().map_or(0.0, |direction| object::dot(offset, direction));
+        let distance = (object::dot(offset, offset) - along * along).max(0.0).sqrt();
+        if self.camera.motion.is_none() && distance <= radius_m {
+            let value = format!("{:?}", self.camera.position_m);
+            let allowed = format!("the sphere {} is or passes here", object.name);
+            return Err(DefinitionError::value(file, "camera.position_m", value, allowed));
+        }
+        Ok(())
+    }
 }
 
-impl Camera {
-    /// Unit vector towards the right of the image, which holds y up; of a camera that looks straight
-    /// up or down it is x.
-    pub fn right(&self) -> [f64; 3] {
-        let [x, _, z] = std::array::from_fn(|i| self.look_at_m[i] - self.position_m[i]);
-        let length = x.hypot(z);
-        if length > 0.0 { [-z / length, 0.0, x / length] } else { [1.0, 0.0, 0.0] }
-    }
+/// What errors call the object of number `k`.
+fn object_field(k: usize) -> String {
+    format!("objects[{k}]")
+}
 
-    /// Distance from the pinhole to the point it looks at, in metres.
-    pub fn focus_distance_m(&self) -> f64 {
-        let squares = (0..3).map(|i| (self.position_m[i] - self.look_at_m[i]).powi(2));
-        squares.sum::<f64>().sqrt()
+/// Refuses a place or vector that single precision would not hold well.
+fn check_point(field: &str, point: [f64; 3], file: &str) -> Result<(), DefinitionError> {
+    if point.iter().all(|coordinate| coordinate.abs() <= 1e6) {
+        return Ok(());
     }
-
-    /// Focal length in pixels of an image `width_px` wide.
-    pub fn focal_length_px(&self, width_px: u32) -> f64 {
-        self.focal_length_mm / self.sensor_width_mm * f64::from(width_px)
-    }
-
-    /// Pixels per metre, across the view, at the distance of the point it looks at.
-    pub fn pixels_per_metre(&self, width_px: u32) -> f64 {
-        self.focal_length_px(width_px) / self.focus_distance_m()
-    }
+    let allowed = "coordinates up to 1000000 are allowed";
+    Err(DefinitionError::value(file, field, format!("{point:?}"), allowed))
 }

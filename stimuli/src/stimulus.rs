@@ -1,11 +1,13 @@
 //! A stimulus: one cell of a grid, with every parameter that its pixels depend on.
 
 use crate::frames::{EncodedImage, LinearImage, Transfer};
-use crate::scene::{Camera, Material, Scene};
+use crate::scene::object::dot;
+use crate::scene::{Camera, Material, Motion, Object, Scene, Shape};
 use crate::stereo::{Convergence, EyeNoise, Stereo};
 use crate::viewing::Viewing;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
+use shutterlab_data_schema::definition::DefinitionError;
 
 /// One cell of a grid, resolved: the same stimulus gives the same image on any renderer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,13 +19,14 @@ pub struct Stimulus {
     pub levels: IndexMap<String, String>,
     /// How it is rendered.
     pub method: Method,
-    /// Surface pattern of the sphere.
+    /// Surface of the objects that have none of their own.
     pub material: Material,
-    /// Screen velocity of the sphere's centre, in degrees of visual angle per second.
+    /// Screen velocity of what moves at the stimulus's speed across the view, at the distance of the point
+    /// that the camera looks at, in degrees of visual angle per second.
     pub speed_deg_per_s: f64,
     /// The same in pixels per second.
     pub speed_px_per_s: f64,
-    /// Velocity of the sphere, in metres per second.
+    /// The same in metres per second.
     pub speed_m_per_s: f64,
     /// Part of the frame time that the shutter is open, centred on the frame's time; 0 is an instant.
     pub shutter_open_fraction: f64,
@@ -46,7 +49,7 @@ pub struct Stimulus {
     pub viewing: Viewing,
     /// Pixels per degree of visual angle, that is: per image width over its angle.
     pub pixels_per_degree: f64,
-    /// What happens when the sphere leaves the view.
+    /// What happens when what moves at the stimulus's speed leaves the view.
     pub trajectory: Trajectory,
     /// Two eyes, or one.
     pub stereo: Option<Stereo>,
@@ -64,8 +67,10 @@ impl ShutterProfile {
 /// What one eye sees of a stimulus.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// The camera in its place.
+    /// The camera in its place at the frame's time.
     pub camera: Camera,
+    /// How far its pinhole and the point it looks at go while the shutter is open, in metres.
+    pub travel_m: [[f64; 3]; 2],
     /// Where the camera's axis meets the image, in pixels to the right of its centre.
     pub shift_px: f64,
     /// Which noise it has: views with the same number have the same.
@@ -128,29 +133,33 @@ pub struct ImageFormat {
     pub transfer: Transfer,
 }
 
-/// What happens when the sphere leaves the view.
+/// What happens when what moves at the stimulus's speed leaves the view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Trajectory {
     /// Nothing: it passes once.
     Once,
-    /// When sphere and streak are wholly outside, it comes back in on the other side.
+    /// When object and streak are wholly outside, it comes back in on the other side.
     Wrap,
     /// It turns back where it would begin to leave the view.
     Bounce,
 }
 
-/// Where the sphere is during one frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpherePath {
-    /// x of the centre at the frame's time, in metres, before any bounce.
-    pub x_m: f64,
-    /// Change of x from the opening of the shutter to its closing, in metres.
+/// Where an object is during one frame. Distances are along its path, from where it is when half of the
+/// sequence has passed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ObjectPath {
+    /// Distance at the frame's time, in metres, before any bounce.
+    pub distance_m: f64,
+    /// Change of the distance from the opening of the shutter to its closing, in metres.
     pub travel_m: f64,
-    /// Angle rolled about −z at the frame's time, in radians.
-    pub angle_rad: f64,
-    /// |x| at which the sphere turns back, if it does.
+    /// Distance on either side at which it turns back, if it does.
     pub bounce_m: Option<f64>,
+    /// Angle turned about its axis at the frame's time, in radians; the whole turns are left out.
+    pub angle_rad: f64,
+    /// Part of the way from the first pose to the second at the frame's time; past the second it
+    /// goes back, and so on. Whole rounds, of 2, are left out.
+    pub pose: f64,
 }
 
 impl Stimulus {
@@ -162,46 +171,114 @@ impl Stimulus {
         }
     }
 
-    /// Where the sphere is during frame `frame`.
+    /// The surface of `object`.
+    pub fn material_of<'a>(&'a self, object: &'a Object) -> &'a Material {
+        object.material.as_ref().unwrap_or(&self.material)
+    }
+
+    /// Where `object` is during frame `frame`.
     ///
-    /// At time t it has covered x(t) = v·(t − half the sequence's length). With `wrap` the period
-    /// is 2·(half the view's width + radius + v/fps), and whole periods are taken off per frame,
-    /// so that no shutter interval contains the jump; the angle follows the unwrapped distance. The
-    /// shadow may reach into the view from a sphere that is outside: it comes in with the jump.
-    pub fn sphere_path(&self, frame: u32) -> SpherePath {
-        let radius = self.scene.sphere.radius_m;
-        let ImageFormat { fps, frames, .. } = self.image;
-        let covered = self.speed_m_per_s * (f64::from(frame) - f64::from(frames) / 2.0) / fps;
-        let half_view = self.half_view_width_m();
-        let (x_m, bounce_m) = match self.trajectory {
+    /// At time t it has covered v·(t − half the sequence's length). With `wrap` the period is 2·(half the
+    /// view's width + the object's radius + v/fps), and whole periods are taken off per frame, so that
+    /// no shutter interval contains the jump; angle and pose follow the unwrapped distance. The
+    /// shadow may reach into the view from an object that is outside: it comes in with the jump.
+    pub fn path(&self, object: &Object, frame: u32) -> ObjectPath {
+        let Some(motion) = &object.motion else { return ObjectPath::default() };
+        let ImageFormat { fps, .. } = self.image;
+        let speed = motion.speed_m_per_s.unwrap_or(self.speed_m_per_s);
+        let covered = speed * self.seconds_past_half(frame);
+        let folded = |period: f64| covered - period * (covered / period).round();
+        let (distance_m, bounce_m) = match self.trajectory_of(object) {
             Trajectory::Once => (covered, None),
-            Trajectory::Wrap => {
-                let period = 2.0 * (half_view + radius + self.speed_m_per_s / fps);
-                (covered - period * (covered / period).round(), None)
-            }
+            Trajectory::Wrap => (folded(2.0 * (self.reach_m(object)[1] + speed / fps)), None),
             Trajectory::Bounce => {
-                let turn = half_view - radius;
+                let turn = self.reach_m(object)[0];
                 // Four turns are a whole period; within it the renderer mirrors at ±turn.
-                let period = 4.0 * turn;
-                (covered - period * (covered / period).round(), Some(turn))
+                (folded(4.0 * turn), Some(turn))
             }
         };
-        // A bouncing sphere rolls back: its angle is that of its mirrored place, which the renderer
-        // derives from x, so x and angle must agree before mirroring.
-        let rolled = if bounce_m.is_some() { x_m } else { covered };
-        SpherePath {
-            x_m,
-            travel_m: self.speed_m_per_s * self.shutter_open_fraction / fps,
-            angle_rad: (rolled / radius) % std::f64::consts::TAU,
+        // What bounces turns back, too: its angle and pose are those of its mirrored place, which the
+        // renderer derives from the distance, so they must agree before mirroring.
+        let done = if bounce_m.is_some() { distance_m } else { covered };
+        let angle_rad = motion.rotation.map_or(0.0, |rotation| done / rotation.radius_m);
+        let poses = motion.deformation.as_ref().map_or(0.0, |d| 0.5 + done / d.distance_m);
+        ObjectPath {
+            distance_m,
+            travel_m: speed * self.shutter_open_fraction / fps,
             bounce_m,
+            angle_rad: angle_rad % std::f64::consts::TAU,
+            pose: poses.rem_euclid(2.0),
         }
     }
 
-    /// What the eyes see: one view, or left and right.
-    pub fn views(&self) -> Vec<View> {
-        let camera = &self.scene.camera;
+    /// The trajectory concerns what goes somewhere at the stimulus's speed.
+    fn trajectory_of(&self, object: &Object) -> Trajectory {
+        match &object.motion {
+            Some(Motion { speed_m_per_s: None, translation: Some(_), .. }) => self.trajectory,
+            _ => Trajectory::Once,
+        }
+    }
+
+    /// How far `object` can go on its path across the view before it begins to leave it, and how far at
+    /// most until it is out of it, on either side, in metres.
+    fn reach_m(&self, object: &Object) -> [f64; 2] {
+        let [ahead, aside] = self.scene.camera.ahead_and_aside_m(object.position_m);
+        let width = self.image.width_px;
+        let half_view = 0.5 * f64::from(width) / self.scene.camera.focal_length_px(width) * ahead;
+        let radius = object.radius_m().unwrap_or(0.0);
+        [half_view - aside.abs() - radius, half_view + aside.abs() + radius]
+    }
+
+    fn seconds_past_half(&self, frame: u32) -> f64 {
+        (f64::from(frame) - f64::from(self.image.frames) / 2.0) / self.image.fps
+    }
+
+    /// Refuses what the scene and the grid do not allow together; `grid` is the grid's name.
+    pub(crate) fn check(&self, grid: &str) -> Result<(), DefinitionError> {
+        for object in &self.scene.objects {
+            let is_mesh = matches!(object.shape, Shape::Mesh { .. });
+            if matches!(self.material_of(object), Material::Model { .. }) && !is_mesh {
+                let allowed = format!("only a mesh has a model's file, {} is none", object.name);
+                return Err(DefinitionError::value(grid, "materials", "model", allowed));
+            }
+            let trajectory = self.trajectory_of(object);
+            if trajectory == Trajectory::Once {
+                continue;
+            }
+            let name = &object.name;
+            let refuse = |allowed: String| {
+                let value = if trajectory == Trajectory::Wrap { "wrap" } else { "bounce" };
+                Err(DefinitionError::value(grid, "trajectory", value, allowed))
+            };
+            let camera = &self.scene.camera;
+            if camera.motion.is_some() {
+                return refuse("with a camera that moves once is allowed".into());
+            }
+            if dot(object.direction().unwrap_or_default(), camera.right()).abs() < 0.999 {
+                return refuse(format!(
+                    "{name} does not move straight across the view: once is allowed"
+                ));
+            }
+            let Some(radius) = object.radius_m() else {
+                return refuse(format!("{name} has no shape.radius_m: once is allowed"));
+            };
+            if camera.ahead_and_aside_m(object.position_m)[0] <= radius {
+                return refuse(format!("{name} is not in front of the camera: once is allowed"));
+            }
+            if trajectory == Trajectory::Bounce && self.reach_m(object)[0] <= 0.0 {
+                return refuse(format!(
+                    "{name}, of radius {radius} m, has no room to move in the view: once or wrap is allowed"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// What the eyes see of frame `frame`: one view, or left and right.
+    pub fn views(&self, frame: u32) -> Vec<View> {
+        let (camera, travel_m) = self.camera_at(frame);
         let Some(stereo) = &self.stereo else {
-            return vec![View { camera: camera.clone(), shift_px: 0.0, noise: 0 }];
+            return vec![View { camera, travel_m, shift_px: 0.0, noise: 0 }];
         };
         let half = 0.5e-3 * stereo.interocular_mm;
         let axis_shift_px = half * camera.pixels_per_metre(self.image.width_px);
@@ -217,9 +294,28 @@ impl Stimulus {
                 EyeNoise::Independent => eye,
                 EyeNoise::Shared => 0,
             };
-            View { camera: Camera { position_m, look_at_m, ..camera.clone() }, shift_px, noise }
+            let camera = Camera { position_m, look_at_m, ..camera.clone() };
+            View { camera, travel_m, shift_px, noise }
         };
         vec![view(-1.0, 0), view(1.0, 1)]
+    }
+
+    /// The camera at the time of frame `frame`, and how far its pinhole and the point it looks at go while
+    /// the shutter is open.
+    fn camera_at(&self, frame: u32) -> (Camera, [[f64; 3]; 2]) {
+        let camera = &self.scene.camera;
+        let Some(motion) = camera.motion else { return (camera.clone(), [[0.0; 3]; 2]) };
+        let speed = motion.speed_m_per_s.unwrap_or(self.speed_m_per_s);
+        let open = self.shutter_open_fraction / self.image.fps;
+        let after = |seconds: f64, by: [f64; 3]| by.map(|component| component * speed * seconds);
+        let moved = |point: [f64; 3], by: [f64; 3]| {
+            let by = after(self.seconds_past_half(frame), by);
+            std::array::from_fn(|i| point[i] + by[i])
+        };
+        let position_m = moved(camera.position_m, motion.position);
+        let look_at_m = moved(camera.look_at_m, motion.look_at);
+        let travel_m = [after(open, motion.position), after(open, motion.look_at)];
+        (Camera { position_m, look_at_m, ..camera.clone() }, travel_m)
     }
 
     /// Width and height of a frame, all views in it.
@@ -239,12 +335,6 @@ impl Stimulus {
             _ => encode(&views[0]),
         }
     }
-
-    /// Half the width of the view at the sphere's distance, in metres.
-    pub fn half_view_width_m(&self) -> f64 {
-        let width = self.image.width_px;
-        0.5 * f64::from(width) / self.scene.camera.pixels_per_metre(width)
-    }
 }
 
 #[cfg(test)]
@@ -252,11 +342,24 @@ mod tests {
     use super::*;
     use crate::{Grid, Selection};
 
+    const RADIUS_M: f64 = 0.1;
+
     fn stimulus(speed: &str, trajectory: Trajectory) -> Stimulus {
         let mut grid = Grid::load("rolling-sphere-mono").unwrap();
         grid.trajectory = trajectory;
         let select = format!("material=checker,speed={speed},shutter=T5,samples=A1");
         grid.stimuli(&Selection::parse(&[select], &grid).unwrap()).unwrap().remove(0)
+    }
+
+    impl Stimulus {
+        fn sphere_path(&self, frame: u32) -> ObjectPath {
+            self.path(&self.scene.objects[0], frame)
+        }
+
+        fn half_view_width_m(&self) -> f64 {
+            0.5 * f64::from(self.image.width_px)
+                / self.scene.camera.pixels_per_metre(self.image.width_px)
+        }
     }
 
     /// The numbers of the thesis's geometry: 640 px over 14.4°, a 50 mm lens on 36 mm, 3 m away.
@@ -279,7 +382,7 @@ mod tests {
         for trajectory in [Trajectory::Once, Trajectory::Wrap, Trajectory::Bounce] {
             for speed in ["S1", "S2", "S3"] {
                 let path = stimulus(speed, trajectory).sphere_path(60);
-                assert_eq!((path.x_m, path.angle_rad), (0.0, 0.0));
+                assert_eq!((path.distance_m, path.angle_rad), (0.0, 0.0));
             }
         }
     }
@@ -292,15 +395,15 @@ mod tests {
         for speed in ["S1", "S2", "S3"] {
             let stimulus = stimulus(speed, Trajectory::Wrap);
             let step = stimulus.speed_m_per_s / stimulus.image.fps;
-            let outside = stimulus.half_view_width_m() + stimulus.scene.sphere.radius_m;
+            let outside = stimulus.half_view_width_m() + RADIUS_M;
             let mut jumps = 0;
             for frame in 1..stimulus.image.frames {
                 let (before, after) =
                     (stimulus.sphere_path(frame - 1), stimulus.sphere_path(frame));
-                if (after.x_m - before.x_m - step).abs() > 1e-9 {
+                if (after.distance_m - before.distance_m - step).abs() > 1e-9 {
                     jumps += 1;
-                    let gone_on = before.x_m + step - before.travel_m / 2.0;
-                    let come_earlier = after.x_m - step + after.travel_m / 2.0;
+                    let gone_on = before.distance_m + step - before.travel_m / 2.0;
+                    let come_earlier = after.distance_m - step + after.travel_m / 2.0;
                     assert!(gone_on > outside && come_earlier < -outside, "{speed}: {before:?}");
                 }
             }
@@ -312,7 +415,7 @@ mod tests {
     #[test]
     fn the_sphere_rolls_without_slipping() {
         let stimulus = stimulus("S3", Trajectory::Wrap);
-        let step = stimulus.speed_m_per_s / stimulus.image.fps / stimulus.scene.sphere.radius_m;
+        let step = stimulus.speed_m_per_s / stimulus.image.fps / RADIUS_M;
         for frame in 1..stimulus.image.frames {
             let turned =
                 stimulus.sphere_path(frame).angle_rad - stimulus.sphere_path(frame - 1).angle_rad;
@@ -324,12 +427,12 @@ mod tests {
     #[test]
     fn a_bouncing_sphere_stays_in_view() {
         let stimulus = stimulus("S3", Trajectory::Bounce);
-        let turn = stimulus.half_view_width_m() - stimulus.scene.sphere.radius_m;
+        let turn = stimulus.half_view_width_m() - RADIUS_M;
         for frame in 0..stimulus.image.frames {
             let path = stimulus.sphere_path(frame);
-            assert_eq!(path.bounce_m, Some(turn));
+            assert!(path.bounce_m.is_some_and(|bounce| (bounce - turn).abs() < 1e-9));
             // Mirrored once at ±turn, as the renderer does, it is within ±turn.
-            assert!(path.x_m.abs() <= 2.0 * turn + 1e-9, "{frame}: {path:?}");
+            assert!(path.distance_m.abs() <= 2.0 * turn + 1e-9, "{frame}: {path:?}");
         }
     }
 }

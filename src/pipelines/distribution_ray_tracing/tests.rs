@@ -1,14 +1,15 @@
 //! What the pipeline must satisfy on either device: outside truth, convergence, and the twins'
 //! agreement. Random images are tested by their mean and variance.
 
-use super::{FrameParams, reference};
+use super::{Frame, reference};
 use crate::film::{Film, measure};
 use crate::scene::environment::{
     Environment, SUN_DIRECTION, SUN_RADIANCE, SUN_SHARPNESS, luminance,
 };
-use shutterlab_stimuli::scene::{self, BuiltIn};
+use crate::scene::world::World;
+use shutterlab_stimuli::scene::{self, BuiltIn, Material};
 use shutterlab_stimuli::stereo::{Convergence, EyeNoise, Layout, Stereo};
-use shutterlab_stimuli::stimulus::{Sampler, ShutterProfile};
+use shutterlab_stimuli::stimulus::{Sampler, ShutterProfile, View};
 use shutterlab_stimuli::{Grid, LinearImage, Selection, Stimulus};
 
 const WIDTH: u32 = 96;
@@ -22,6 +23,15 @@ fn stimulus(select: &str) -> Stimulus {
     grid.stimuli(&selection).unwrap().remove(0)
 }
 
+fn constant(albedo: f64) -> Material {
+    Material::Constant { albedo: [albedo; 3], coat: None }
+}
+
+/// Gives the floor another albedo.
+fn paint_floor(stimulus: &mut Stimulus, albedo: f64) {
+    stimulus.scene.objects[1].material = Some(constant(albedo));
+}
+
 /// With random samples, whose variance a film tells.
 fn checker() -> Stimulus {
     let sampler = Sampler::Random;
@@ -29,17 +39,30 @@ fn checker() -> Stimulus {
 }
 
 fn on_cpu(stimulus: &Stimulus, frame: u32) -> Film {
-    let environment = environment(stimulus);
-    film(reference::trace(&params(stimulus, frame), &environment, &[stimulus.samples]))
+    let Set { frame, world, environment } = set(stimulus, frame);
+    film(reference::trace(&frame, &world, &environment, &[stimulus.samples]))
 }
 
-fn environment(stimulus: &Stimulus) -> Environment {
-    Environment::load(&stimulus.scene.environment, std::path::Path::new("")).unwrap()
+/// All that tracing a frame needs.
+struct Set {
+    frame: Frame,
+    world: World,
+    environment: Environment,
 }
 
 /// Frame number `frame` as the (left) eye sees it.
-fn params(stimulus: &Stimulus, frame: u32) -> FrameParams {
-    FrameParams::new(stimulus, &stimulus.views()[0], frame)
+fn set(stimulus: &Stimulus, frame: u32) -> Set {
+    set_of_view(stimulus, &stimulus.views(frame)[0], frame)
+}
+
+fn set_of_view(stimulus: &Stimulus, view: &View, frame: u32) -> Set {
+    let assets = std::path::Path::new("");
+    let world = World::load(stimulus, assets).unwrap();
+    Set {
+        frame: Frame::new(stimulus, &world, view, frame),
+        environment: Environment::load(&stimulus.scene.environment, assets).unwrap(),
+        world,
+    }
 }
 
 /// The one film of one number of samples.
@@ -49,23 +72,27 @@ fn film(mut films: Vec<Film>) -> Film {
 }
 
 /// A device's name and how it traces.
-type NamedDevice = (&'static str, Box<dyn FnMut(&FrameParams, &Environment, &[u32]) -> Vec<Film>>);
+type NamedDevice = (&'static str, Box<dyn FnMut(&Set, &[u32]) -> Vec<Film>>);
 
 /// The devices of this build: the processor, and a graphics adapter where there is one. With
 /// `SHUTTERLAB_REQUIRE_GPU` set, not finding one is a failure.
 fn devices() -> Vec<NamedDevice> {
+    let on_cpu = |set: &Set, samples: &[u32]| {
+        reference::trace(&set.frame, &set.world, &set.environment, samples)
+    };
     #[cfg_attr(not(feature = "gpu"), expect(unused_mut, reason = "only an adapter is added"))]
-    let mut devices: Vec<NamedDevice> = vec![("cpu", Box::new(reference::trace))];
+    let mut devices: Vec<NamedDevice> = vec![("cpu", Box::new(on_cpu))];
     #[cfg(feature = "gpu")]
     match crate::gpu::device::Gpu::open() {
         Ok(gpu) => {
-            let mut tracer = super::compute::Tracer::default();
+            use super::compute::{EnvironmentBuffers, Tracer, WorldBuffers};
+            let mut tracer = Tracer::default();
             devices.push((
                 "gpu",
-                Box::new(move |frame, environment, samples| {
-                    let environment =
-                        super::compute::EnvironmentBuffers::new(&gpu, environment).unwrap();
-                    tracer.trace(&gpu, frame, &environment, samples).unwrap()
+                Box::new(move |Set { frame, world, environment }, samples| {
+                    let environment = EnvironmentBuffers::new(&gpu, environment).unwrap();
+                    let buffers = WorldBuffers::new(&gpu, world).unwrap();
+                    tracer.trace(&gpu, frame, world, &buffers, &environment, samples).unwrap()
                 }),
             ));
         }
@@ -76,10 +103,9 @@ fn devices() -> Vec<NamedDevice> {
 
 /// Renders on every device.
 fn on_all(stimulus: &Stimulus, frame: u32) -> Vec<(&'static str, Film)> {
-    let environment = environment(stimulus);
-    let (params, samples) = (params(stimulus, frame), [stimulus.samples]);
-    let trace =
-        |(name, mut trace): NamedDevice| (name, film(trace(&params, &environment, &samples)));
+    let set = set(stimulus, frame);
+    let samples = [stimulus.samples];
+    let trace = |(name, mut trace): NamedDevice| (name, film(trace(&set, &samples)));
     devices().into_iter().map(trace).collect()
 }
 
@@ -134,12 +160,10 @@ fn the_twins_agree() {
     ];
     let mut devices = devices();
     for stimulus in cases {
-        let environment = environment(&stimulus);
-        for view in stimulus.views() {
-            let params = FrameParams::new(&stimulus, &view, 63);
-            let mut images = devices
-                .iter_mut()
-                .map(|(_, trace)| film(trace(&params, &environment, &[stimulus.samples])).image());
+        for view in stimulus.views(63) {
+            let set = set_of_view(&stimulus, &view, 63);
+            let mut images =
+                devices.iter_mut().map(|(_, trace)| film(trace(&set, &[stimulus.samples])).image());
             let truth = images.next().unwrap();
             for image in images {
                 let error = measure::relative_mse(&image, &truth, 0.004).sqrt();
@@ -193,7 +217,7 @@ fn independent_seeds_and_devices_agree() {
 fn a_wrong_albedo_is_noticed() {
     let stimulus = checker();
     let mut other = Stimulus { seed: 1, ..stimulus.clone() };
-    other.scene.floor.albedo = 0.515;
+    paint_floor(&mut other, 0.515);
     let (mean_square, _) = z_scores(&on_cpu(&stimulus, 60), &on_cpu(&other, 60));
     assert!(mean_square > 1.1, "{mean_square}");
 }
@@ -204,8 +228,8 @@ fn a_wrong_albedo_is_noticed() {
 fn white_furnace() {
     let mut stimulus = checker();
     stimulus.scene.environment = scene::Environment::Uniform([1.0; 3]);
-    stimulus.scene.floor.albedo = 1.0;
-    stimulus.material = scene::Material::Constant { albedo: [1.0; 3] };
+    paint_floor(&mut stimulus, 1.0);
+    stimulus.material = constant(1.0);
     for (device, film) in on_all(&stimulus, 60) {
         let statistics = film.luminance_statistics();
         let mean = statistics.iter().map(|(mean, _)| mean).sum::<f64>() / statistics.len() as f64;
@@ -290,7 +314,7 @@ fn the_centre_does_not_move_with_the_shutter() {
         let mut stimulus =
             stimulus(&format!("material=flat,speed=S3,shutter={shutter},samples=A5"));
         stimulus.scene.environment = scene::Environment::Uniform([1.0; 3]);
-        stimulus.scene.floor.albedo = 0.0;
+        paint_floor(&mut stimulus, 0.0);
         let film = on_cpu(&stimulus, frame);
         // Below the horizon, where only the sphere shines.
         let lit =
@@ -319,17 +343,21 @@ fn the_centre_does_not_move_with_the_shutter() {
 #[test]
 fn a_prefix_of_samples_equals_a_run_with_that_many() {
     let stimulus = checker();
-    let environment = environment(&stimulus);
-    let params = params(&stimulus, 60);
+    let set = set(&stimulus, 60);
+    let from = |first_sample: u32| {
+        let mut part = self::set(&stimulus, 60);
+        part.frame.params.first_sample = first_sample;
+        part
+    };
     for (device, mut trace) in devices() {
         let mut sums = vec![glam::Vec4::ZERO; (WIDTH * HEIGHT) as usize];
         for first_sample in 0..5 {
-            let one = film(trace(&FrameParams { first_sample, ..params }, &environment, &[1]));
+            let one = film(trace(&from(first_sample), &[1]));
             sums.iter_mut().zip(&one.sums).for_each(|(sum, one)| *sum += *one);
         }
-        let films = trace(&params, &environment, &[3, 3, 5]);
+        let films = trace(&set, &[3, 3, 5]);
         assert!(films[2].sums == sums, "{device}");
-        assert!(films[1] == film(trace(&params, &environment, &[3])), "{device}");
+        assert!(films[1] == film(trace(&set, &[3])), "{device}");
     }
 }
 
@@ -337,12 +365,13 @@ fn a_prefix_of_samples_equals_a_run_with_that_many() {
 #[test]
 fn dispatches_join_without_a_seam() {
     let stimulus = checker();
-    let environment = environment(&stimulus);
-    let params = params(&stimulus, 60);
+    let set = set(&stimulus, 60);
+    let mut rest_of_set = self::set(&stimulus, 60);
+    rest_of_set.frame.params.first_sample = 64;
     for (device, mut trace) in devices() {
-        let whole = film(trace(&params, &environment, &[130]));
-        let first = film(trace(&params, &environment, &[64]));
-        let rest = film(trace(&FrameParams { first_sample: 64, ..params }, &environment, &[66]));
+        let whole = film(trace(&set, &[130]));
+        let first = film(trace(&set, &[64]));
+        let rest = film(trace(&rest_of_set, &[66]));
         let close = whole.sums.iter().zip(first.sums.iter().zip(&rest.sums)).all(
             |(whole, (first, rest))| {
                 (*whole - (*first + *rest)).abs().max_element() <= 1e-5 * whole.max_element()

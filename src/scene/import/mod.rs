@@ -126,6 +126,19 @@ pub fn model(path: &Path) -> Result<Model, ImportError> {
     Ok(model)
 }
 
+/// Refuses a file that a scene cannot use, be it a model, a light map or a picture.
+///
+/// # Errors
+/// As [`model`], [`image::light_map`] and [`image::texture`].
+pub fn check(path: &Path) -> Result<(), ImportError> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    match ending.as_str() {
+        "ply" | "obj" | "gltf" | "glb" => model(path).map(drop),
+        "hdr" | "exr" => image::light_map(path).map(drop),
+        _ => image::texture(&Texture::File(path.into())).map(drop),
+    }
+}
+
 /// The bytes of a regular file of allowed size.
 fn read(path: &Path) -> Result<Vec<u8>, ImportError> {
     let unreadable = |source| ImportError::Unreadable { path: path.into(), source };

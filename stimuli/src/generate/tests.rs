@@ -35,7 +35,7 @@ impl Render for Painter {
             pixels[0][1] += if self.adapter == "two" { 0.009 } else { 0.0 };
             LinearImage { width, height, pixels }
         };
-        Ok(samples.iter().map(|&n| vec![image(n); stimulus.views().len()]).collect())
+        Ok(samples.iter().map(|&n| vec![image(n); stimulus.views(0).len()]).collect())
     }
 }
 

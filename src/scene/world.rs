@@ -1,0 +1,268 @@
+//! All that rays can meet: the objects of a scene with their meshes, pictures and lights, and the search
+//! over them.
+
+use super::import::{self, ImportError, Model};
+use super::light::Light;
+use super::object::{Object, Pose};
+use super::picture::{PictureRef, Pictures};
+use crate::mesh::Mesh;
+use crate::mesh::bvh::Bvh;
+use crate::mesh::ray::Ray;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use shutterlab_stimuli::scene::{MAX_OBJECTS, Material, Motion, Shape};
+use shutterlab_stimuli::{Stimulus, assets, scene};
+use std::path::Path;
+
+/// What does not change from frame to frame. Objects come in the order spheres, planes, meshes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct World {
+    /// Place in the scene's list of each object.
+    order: Vec<usize>,
+    /// How many objects are spheres, planes and meshes.
+    pub counts: [usize; 3],
+    /// The meshes of the last objects.
+    pub meshes: Vec<SceneMesh>,
+    /// The picture of each object's material, if it has one.
+    pub object_pictures: Vec<PictureRef>,
+    /// All pictures.
+    pub pictures: Pictures,
+    /// Lights without extent.
+    pub lights: Vec<Light>,
+}
+
+/// A mesh with its hierarchy and its file's materials.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneMesh {
+    /// In the object's own space.
+    pub mesh: Mesh,
+    /// Over the mesh.
+    pub bvh: Bvh,
+    /// Material of each triangle, by its place in `materials`.
+    pub face_materials: Vec<u32>,
+    /// What the file says of its faces.
+    pub materials: Vec<ModelMaterial>,
+}
+
+/// A material of a model's file, as both devices read it: a colour times a picture.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct ModelMaterial {
+    /// Linear Rec. 709.
+    pub color: Vec3,
+    /// The picture; without texels it is white.
+    pub picture: PictureRef,
+    /// Fills up to a multiple of 16 bytes.
+    pub padding: [u32; 2],
+}
+
+/// Where a ray meets something.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Met {
+    /// The object.
+    pub object: usize,
+    /// In lengths of the ray's direction.
+    pub distance: f32,
+    /// A mesh's triangle.
+    pub triangle: u32,
+    /// Weights of its corners.
+    pub barycentrics: [f32; 3],
+}
+
+/// The objects at an instant of the shutter interval.
+#[derive(Clone, Debug)]
+pub struct Instant<'a> {
+    /// Their world.
+    pub world: &'a World,
+    /// The objects during the frame.
+    pub objects: &'a [Object],
+    /// Where each is.
+    pub poses: [Pose; MAX_OBJECTS],
+}
+
+impl World {
+    /// The world of `stimulus`; files are taken from `assets`, the folder of the sequences.
+    ///
+    /// # Errors
+    /// A file is missing, or holds no mesh or no picture that can be used.
+    pub fn load(stimulus: &Stimulus, assets: &Path) -> Result<Self, ImportError> {
+        let all = &stimulus.scene.objects;
+        let kind = |object: &scene::Object| match object.shape {
+            Shape::Sphere { .. } => 0,
+            Shape::Plane { .. } => 1,
+            Shape::Mesh { .. } => 2,
+        };
+        let mut order: Vec<usize> = (0..all.len()).collect();
+        order.sort_by_key(|&k| kind(&all[k]));
+        let mut pictures = Pictures::default();
+        let mut meshes = vec![];
+        let mut object_pictures = vec![];
+        for object in order.iter().map(|&k| &all[k]) {
+            let material = stimulus.material_of(object);
+            object_pictures.push(match material {
+                Material::Image { file, sha256, .. } => {
+                    let file = assets::path(assets, Path::new(file), sha256);
+                    pictures.push(&import::image::texture(&import::Texture::File(file))?)
+                }
+                _ => PictureRef::default(),
+            });
+            let is_model = matches!(material, Material::Model { .. });
+            meshes.extend(SceneMesh::load(object, is_model, assets, &mut pictures)?);
+        }
+        Ok(Self {
+            counts: [0, 1, 2].map(|of| all.iter().filter(|object| kind(object) == of).count()),
+            order,
+            meshes,
+            object_pictures,
+            pictures,
+            lights: stimulus.scene.lights.iter().map(Light::new).collect(),
+        })
+    }
+
+    /// The descriptions of the objects of `stimulus`, whose world this is.
+    pub fn descriptions<'a>(
+        &'a self,
+        stimulus: &'a Stimulus,
+    ) -> impl Iterator<Item = &'a scene::Object> {
+        self.order.iter().map(|&k| &stimulus.scene.objects[k])
+    }
+
+    /// The objects at the instant when the part `shutter` of the shutter interval, counted from its middle,
+    /// has passed.
+    pub fn at<'a>(&'a self, objects: &'a [Object], shutter: f32) -> Instant<'a> {
+        let mut poses = [Pose::default(); MAX_OBJECTS];
+        poses.iter_mut().zip(objects).for_each(|(pose, object)| *pose = object.at(shutter));
+        Instant { world: self, objects, poses }
+    }
+}
+
+impl SceneMesh {
+    /// The mesh of `object`, if it is one. The materials of its file are taken in if `is_model`.
+    fn load(
+        object: &scene::Object,
+        is_model: bool,
+        assets: &Path,
+        pictures: &mut Pictures,
+    ) -> Result<Option<Self>, ImportError> {
+        let Shape::Mesh { file, sha256, radius_m } = &object.shape else { return Ok(None) };
+        let path = assets::path(assets, Path::new(file), sha256);
+        let Model { mut mesh, mut face_materials, materials } = import::model(&path)?;
+        if let Some(Motion { deformation: Some(second), .. }) = &object.motion {
+            let path = assets::path(assets, Path::new(&second.file), &second.sha256);
+            let end = import::model(&path)?.mesh.positions;
+            if end.len() != mesh.positions.len() {
+                return Err(ImportError::Value {
+                    file: second.file.clone(),
+                    field: "vertices".into(),
+                    value: end.len().to_string(),
+                    allowed: format!("{}, as {file} has, are needed", mesh.positions.len()),
+                });
+            }
+            mesh.end_positions = Some(end);
+            // The normals of one pose are not those of the other: its faces are seen flat.
+            mesh.normals = None;
+        }
+        if let Some(radius) = radius_m {
+            fit(&mut mesh, *radius as f32);
+        }
+        let materials = if is_model {
+            let material = |of: &import::Material| {
+                let picture = match &of.texture {
+                    Some(texture) => pictures.push(&import::image::texture(texture)?),
+                    None => PictureRef::default(),
+                };
+                let color = of.base_color.min(Vec3::ONE);
+                Ok(ModelMaterial { color, picture, padding: [0; 2] })
+            };
+            materials.iter().map(material).collect::<Result<_, ImportError>>()?
+        } else {
+            face_materials.fill(0);
+            vec![]
+        };
+        let bvh = Bvh::new(&mesh);
+        Ok(Some(Self { mesh, bvh, face_materials, materials }))
+    }
+}
+
+/// Moves the middle of the first pose's bounding box to the origin, and scales the mesh until the
+/// farthest vertex is at `radius`.
+fn fit(mesh: &mut Mesh, radius: f32) {
+    let [min, max] = [Vec3::min, Vec3::max]
+        .map(|of| mesh.positions.iter().copied().reduce(of).unwrap_or_default());
+    let middle = 0.5 * (min + max);
+    let farthest =
+        mesh.positions.iter().map(|p| p.distance_squared(middle)).fold(0.0, f32::max).sqrt();
+    let scale = if farthest > 0.0 { radius / farthest } else { 1.0 };
+    for position in mesh.positions.iter_mut().chain(mesh.end_positions.iter_mut().flatten()) {
+        *position = (*position - middle) * scale;
+    }
+}
+
+impl Instant<'_> {
+    /// The first thing that a ray meets; `from` is the sphere or plane on which it begins.
+    pub fn nearest(&self, origin: Vec3, direction: Vec3, from: Option<usize>) -> Option<Met> {
+        let mut nearest: Option<Met> = None;
+        for object in 0..self.objects.len() {
+            let far = nearest.map_or(f32::INFINITY, |met| met.distance);
+            let met = self.meet(object, origin, direction, far, from == Some(object));
+            nearest = met.or(nearest);
+        }
+        nearest
+    }
+
+    /// Whether a ray meets anything nearer than `far`.
+    pub fn any(&self, origin: Vec3, direction: Vec3, far: f32, from: Option<usize>) -> bool {
+        (0..self.objects.len()).any(|object| {
+            let on = from == Some(object);
+            match self.mesh(object) {
+                Some(mesh) => mesh.bvh.any(&self.ray_of(object, origin, direction, far)),
+                None => self.meet(object, origin, direction, far, on).is_some(),
+            }
+        })
+    }
+
+    /// The mesh of `object`, if it is one.
+    pub fn mesh(&self, object: usize) -> Option<&SceneMesh> {
+        let [spheres, planes, _] = self.world.counts;
+        self.world.meshes.get(object.wrapping_sub(spheres + planes))
+    }
+
+    /// The ray in the space of `object`.
+    fn ray_of(&self, object: usize, origin: Vec3, direction: Vec3, far: f32) -> Ray {
+        let (of, pose) = (&self.objects[object], &self.poses[object]);
+        Ray {
+            origin: of.to_object(pose, origin - pose.centre),
+            direction: of.to_object(pose, direction),
+            time: pose.time,
+            between: [0.0, far],
+        }
+    }
+
+    /// Where a ray meets `object` nearer than `far`; `on` says that it begins on it.
+    fn meet(
+        &self,
+        object: usize,
+        origin: Vec3,
+        direction: Vec3,
+        far: f32,
+        on: bool,
+    ) -> Option<Met> {
+        let (of, pose) = (&self.objects[object], &self.poses[object]);
+        if let Some(mesh) = self.mesh(object) {
+            let ray = self.ray_of(object, origin, direction, far);
+            let hit = mesh.bvh.nearest(&ray)?;
+            let crate::mesh::ray::Hit { triangle, distance, barycentrics } = hit;
+            return Some(Met { object, distance, triangle, barycentrics });
+        }
+        let distance = if object < self.world.counts[0] {
+            of.meet_sphere(pose.centre, origin, direction, on)
+        } else if on {
+            // A ray that begins on a plane does not meet it.
+            None
+        } else {
+            of.meet_plane(pose, origin, direction)
+        };
+        let distance = distance.filter(|&distance| distance < far)?;
+        Some(Met { object, distance, triangle: 0, barycentrics: [0.0; 3] })
+    }
+}
