@@ -95,6 +95,18 @@ impl Object {
         }
     }
 
+    /// Whether it ever moves.
+    pub fn moves(&self) -> bool {
+        self.direction != Vec3::ZERO || self.turns_per_m != 0.0 || self.poses_per_m != 0.0
+    }
+
+    /// Whether its own axes are not those of the world.
+    pub fn is_turned(&self) -> bool {
+        [&self.to_axis, &self.from_axis]
+            .into_iter()
+            .any(|columns| matrix(columns) != Mat3::IDENTITY)
+    }
+
     /// Where it is when the part `shutter` ∈ [−½, ½] of the shutter interval, counted from its middle,
     /// has passed.
     pub fn at(&self, shutter: f32) -> Pose {

@@ -1,5 +1,5 @@
-// Objects of a scene during one frame: twin of object.rs. The module that uses it declares the constant
-// `PLANES_TURN`.
+// Objects of a scene during one frame: twin of object.rs. The module that uses it declares the constants
+// `PLANES_TURN` and `PLANES_TILT`.
 
 struct Object {
     to_axis: mat3x3f,
@@ -54,12 +54,15 @@ fn to_world(object: Object, pose: Pose, v: vec3f) -> vec3f {
     return vec3f(turn.y * a.x - turn.x * a.y, turn.y * a.y + turn.x * a.x, a.z) * object.to_axis;
 }
 
-// The same for a plane, which seldom turns.
+// The same for a plane, which seldom turns, or is tilted at all.
 fn to_plane(object: Object, pose: Pose, v: vec3f) -> vec3f {
     if PLANES_TURN {
         return to_object(object, pose, v);
     }
-    return object.to_axis * v;
+    if PLANES_TILT {
+        return object.to_axis * v;
+    }
+    return v;
 }
 
 // Unit normal of a plane, in world space.
@@ -68,7 +71,10 @@ fn plane_normal(object: Object, pose: Pose) -> vec3f {
     if PLANES_TURN {
         return to_world(object, pose, up);
     }
-    return up * object.to_axis;
+    if PLANES_TILT {
+        return up * object.to_axis;
+    }
+    return up;
 }
 
 // Distance along a ray to the sphere, or −1. A ray that begins on it meets it only from inside.
@@ -77,11 +83,15 @@ fn meet_sphere(object: Object, centre: vec3f, origin: vec3f, direction: vec3f, i
     let along = dot(to_centre, direction);
     let across = to_centre - direction * along;
     let discriminant = object.size * object.size - dot(across, across);
-    let half_chord = sqrt(max(discriminant, 0.0));
-    let least = select(0.0, 1e-3 * object.size, is_on);
-    let near = along - half_chord;
-    let distance = select(along + half_chord, near, near > least && !is_on);
-    return select(-1.0, distance, discriminant > 0.0 && distance > least);
+    var distance = -1.0;
+    if discriminant > 0.0 {
+        let half_chord = sqrt(discriminant);
+        let least = select(0.0, 1e-3 * object.size, is_on);
+        let near = along - half_chord;
+        let met = select(along + half_chord, near, (near > least) & !is_on);
+        distance = select(-1.0, met, met > least);
+    }
+    return distance;
 }
 
 // Distance along a ray that begins elsewhere to the plane, or −1.
@@ -90,6 +100,6 @@ fn meet_plane(object: Object, pose: Pose, origin: vec3f, direction: vec3f) -> f3
     let offset = origin - pose.centre;
     let distance = -dot(normal, offset) / dot(normal, direction);
     let at = abs(to_plane(object, pose, offset + direction * distance));
-    let is_met = distance > 0.0 && at.x <= object.size && at.z <= object.size;
+    let is_met = (distance > 0.0) & (at.x <= object.size) & (at.z <= object.size);
     return select(-1.0, distance, is_met);
 }

@@ -17,7 +17,7 @@ fn nearest(origin: vec3f, direction: vec3f, start: u32) -> Met {
     // unroll
     for (var i = 0u; i < SPHERES; i++) {
         let distance = meet_sphere(objects[i], poses[i].centre, origin, direction, i == start);
-        if distance > 0.0 && distance < met.distance {
+        if (distance > 0.0) & (distance < met.distance) {
             met.object = i;
             met.distance = distance;
         }
@@ -27,7 +27,7 @@ fn nearest(origin: vec3f, direction: vec3f, start: u32) -> Met {
         // A ray that begins on a plane does not meet it.
         if i != start {
             let distance = meet_plane(objects[i], poses[i], origin, direction);
-            if distance > 0.0 && distance < met.distance {
+            if (distance > 0.0) & (distance < met.distance) {
                 met.object = i;
                 met.distance = distance;
             }
@@ -52,13 +52,13 @@ fn is_met(origin: vec3f, direction: vec3f, far: f32, start: u32) -> bool {
     // unroll
     for (var i = 0u; i < SPHERES; i++) {
         let distance = meet_sphere(objects[i], poses[i].centre, origin, direction, i == start);
-        met = met || (distance > 0.0 && distance < far);
+        met |= (distance > 0.0) & (distance < far);
     }
     // unroll
     for (var i = SPHERES; i < SPHERES + PLANES; i++) {
         if i != start {
             let distance = meet_plane(objects[i], poses[i], origin, direction);
-            met = met || (distance > 0.0 && distance < far);
+            met |= (distance > 0.0) & (distance < far);
         }
     }
     // unroll

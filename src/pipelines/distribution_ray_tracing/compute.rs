@@ -10,6 +10,7 @@ use crate::mesh::upload::{Geometry, MeshRange};
 use crate::pipelines::Pipeline;
 use crate::sampling::{RANDOM_WGSL, SAMPLER_WGSL, WARP_WGSL};
 use crate::scene::environment::Environment;
+use crate::scene::object::Object;
 use crate::scene::world::{SceneMesh, World};
 use crate::scene::{
     CAMERA_WGSL, ENVIRONMENT_WGSL, LIGHT_WGSL, OBJECT_WGSL, PICTURE_WGSL, SHUTTER_WGSL, WORLD_WGSL,
@@ -117,8 +118,12 @@ pub struct Variant {
     pub kinds: Vec<u32>,
     /// Lights without extent.
     pub lights: usize,
-    /// Whether any plane turns while the shutter is open.
+    /// Whether any plane moves at all.
+    pub planes_move: bool,
+    /// Whether any plane turns.
     pub planes_turn: bool,
+    /// Whether any plane does not lie level, with its sides along x and z.
+    pub planes_tilt: bool,
     /// Whether the camera moves.
     pub camera_moves: bool,
     /// Whether any surface is not Lambertian.
@@ -137,6 +142,8 @@ impl Variant {
             counts: world.counts,
             kinds: frame.materials.iter().map(|material| material.kind).collect(),
             lights: world.lights.len(),
+            planes_move: planes.iter().any(Object::moves),
+            planes_tilt: planes.iter().any(Object::is_turned),
             planes_turn: planes.iter().any(|plane| plane.turns_per_m != 0.0),
             camera_moves: frame.params.camera.moves != 0,
             coats: frame.bsdfs.iter().any(|bsdf| *bsdf != Bsdf::new(None)),
@@ -157,7 +164,9 @@ impl Variant {
             ("LIGHTS", self.lights),
         ];
         let truths = [
+            ("PLANES_MOVE", self.planes_move),
             ("PLANES_TURN", self.planes_turn),
+            ("PLANES_TILT", self.planes_tilt),
             ("CAMERA_MOVES", self.camera_moves),
             ("COATS", self.coats),
             ("MESHES_MOVE", self.meshes_move),

@@ -119,7 +119,7 @@ fn path_radiance(
         let light = environment.sample([a, b]);
         let (value, by_surface) = bsdf.evaluate(albedo, normal, to_viewer, light.direction);
         if value != Vec3::ZERO && lit(light.direction, f32::INFINITY) {
-            radiance += throughput * light.radiance * (value / (light.density + by_surface));
+            radiance += throughput * light.radiance * value * (1.0 / (light.density + by_surface));
         }
 
         let Some(scattered) = bsdf.sample(albedo, normal, to_viewer, [c, d]) else {

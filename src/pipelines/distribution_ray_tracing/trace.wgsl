@@ -71,7 +71,11 @@ fn path_radiance(x: u32, y: u32, pixel: u32, sample: u32) -> vec3f {
     let shutter = shutter_instant(frame.shutter_width, frame.shutter_reach, unit(start.z));
     // unroll
     for (var i = 0u; i < OBJECTS; i++) {
-        poses[i] = object_at(objects[i], shutter);
+        if !PLANES_MOVE && i >= SPHERES && i < SPHERES + PLANES {
+            poses[i] = Pose(objects[i].position, 0.0, 0.0);
+        } else {
+            poses[i] = object_at(objects[i], shutter);
+        }
     }
     let in_pixel = vec2f(unit(start.x), unit(start.y));
     let size = vec2f(vec2u(frame.width, frame.height));
@@ -104,7 +108,7 @@ fn path_radiance(x: u32, y: u32, pixel: u32, sample: u32) -> vec3f {
             let light = environment_sample(words.xy);
             let value = reflected(surface, to_viewer, light.direction);
             if any(value.xyz != vec3f(0.0)) && is_lit(surface, light.direction, FAR) {
-                radiance += throughput * light.radiance * (value.xyz / (light.density + value.w));
+                radiance += throughput * light.radiance * value.xyz * (1.0 / (light.density + value.w));
             }
 
             let onward = scattered(surface, to_viewer, words.zw);
