@@ -11,7 +11,7 @@ use tempfile::TempDir;
 struct FakeRenderer;
 
 impl Render for FakeRenderer {
-    fn device(&self) -> Device {
+    fn device(&self, _: &Stimulus) -> Device {
         Device { kind: "cpu".into(), adapter: "fake".into(), driver: String::new() }
     }
 

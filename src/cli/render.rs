@@ -192,8 +192,10 @@ pub(super) fn render(request: &Request<'_>, device: DeviceChoice) -> anyhow::Res
     create_folder(request.out)?;
     check_space(request)?;
     let mut renderer = Renderer::open(device, request.out).map_err(|error| anyhow!(error))?;
-    let described = renderer.device();
-    eprintln!("sequences: {}, on {} ({})", stimuli.len(), described.adapter, described.kind);
+    // A part of a grid may be empty; the stimuli of one have the scene in common.
+    if let Some(described) = stimuli.first().map(|first| renderer.device(first)) {
+        eprintln!("sequences: {}, on {} ({})", stimuli.len(), described.adapter, described.kind);
+    }
     let length = frames.map(|range| range.end.saturating_sub(range.start));
     let mut progress =
         RenderProgress::new(stimuli, |stimulus| length.unwrap_or(stimulus.image.frames));

@@ -74,13 +74,22 @@ impl OpenDevice {
         Err("device: gpu: this build has no graphics (feature `gpu`); choose cpu".into())
     }
 
+    /// Whether it is a graphics adapter that is made of the processor.
+    pub fn is_software(&self) -> bool {
+        match self {
+            Self::Cpu => false,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu.info.device_type == wgpu::DeviceType::Cpu,
+        }
+    }
+
     /// What it is, for manifests and reports.
     pub fn describe(&self) -> Device {
         match self {
             Self::Cpu => Device {
                 kind: "cpu".into(),
                 adapter: std::env::consts::ARCH.into(),
-                driver: String::new(),
+                driver: std::env::consts::OS.into(),
             },
             #[cfg(feature = "gpu")]
             Self::Gpu(gpu) => {

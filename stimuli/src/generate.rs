@@ -20,8 +20,8 @@ use std::time::Instant;
 
 /// A renderer, as the generator sees it.
 pub trait Render {
-    /// What renders, for the manifest.
-    fn device(&self) -> Device;
+    /// What renders `stimulus`, for the manifest.
+    fn device(&self, stimulus: &Stimulus) -> Device;
 
     /// Renders frame number `frame` of `stimulus`: for each number in `samples`, which ascend, the
     /// images of its [`Stimulus::views`] made of that many samples of the stimulus's own. The same
@@ -300,7 +300,7 @@ impl<'a> Unfinished<'a> {
         let mut origin = Origin {
             definition: json(stimulus),
             program_version: env!("CARGO_PKG_VERSION").into(),
-            device: renderer.device(),
+            device: renderer.device(stimulus),
             render_seconds: finished.as_ref().map_or(0.0, |s| s.manifest.render_seconds),
         };
         claim(&folder, finished.as_ref(), &mut origin)?;

@@ -121,6 +121,11 @@ impl Scene {
         Ok((scene, found))
     }
 
+    /// Whether any object is a mesh.
+    pub fn has_mesh(&self) -> bool {
+        self.objects.iter().any(|object| matches!(object.shape, Shape::Mesh { .. }))
+    }
+
     /// Refuses values that make no picture; `file` is what an error calls the scene.
     fn check(&self, file: &str) -> Result<(), DefinitionError> {
         definition::check_schema(self.schema, file)?;

@@ -106,7 +106,7 @@ fn render_anew(
         return Ok(Agreement::SameBytes);
     }
     let by_the_same = manifest.program_version == env!("CARGO_PKG_VERSION")
-        && manifest.device == renderer.device();
+        && manifest.device == renderer.device(stimulus);
     if by_the_same {
         return Err(VerifyError::OtherBytes { file });
     }

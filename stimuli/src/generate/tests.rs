@@ -13,7 +13,7 @@ struct Painter {
 }
 
 impl Render for Painter {
-    fn device(&self) -> Device {
+    fn device(&self, _: &Stimulus) -> Device {
         Device { kind: "cpu".into(), adapter: self.adapter.into(), driver: String::new() }
     }
 
