@@ -93,9 +93,9 @@ mod tests {
         let moving = Camera::new(&View { travel_m, ..view.clone() }, 640);
         for shutter in [-0.5, 0.0, 0.3] {
             let mut there = view.clone();
-            for i in 0..3 {
-                there.camera.position_m[i] += shutter * travel_m[0][i];
-                there.camera.look_at_m[i] += shutter * travel_m[1][i];
+            let places = [&mut there.camera.position_m, &mut there.camera.look_at_m];
+            for (place, travel) in places.into_iter().zip(travel_m) {
+                place.iter_mut().zip(travel).for_each(|(c, by)| *c += shutter * by);
             }
             let (origin, direction) = moving.ray(30.0, -70.0, shutter as f32);
             let (known_origin, known) = Camera::new(&there, 640).ray(30.0, -70.0, 0.0);

@@ -1,6 +1,8 @@
 //! What the pipeline must satisfy on either device: outside truth, convergence, and the twins'
 //! agreement. Random images are tested by their mean and variance.
 
+mod scenes;
+
 use super::{Frame, reference};
 use crate::film::{Film, measure};
 use crate::scene::environment::{
