@@ -75,15 +75,54 @@ fn a_light_map_lights_the_scene_and_travels_with_it() {
 fn scenes_that_cannot_be_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     for (from, to, expect) in [
-        ("albedo = 0.5", "albedo = 1.5", "mine.toml: floor.albedo: 1.5: 0 to 1 is allowed"),
-        ("albedo = 0.5", "albdo = 0.5", "line 17: unknown field `albdo`"),
-        ("radius_m = 0.1", "radius_m = nan", "sphere.radius_m: NaN"),
+        (
+            "albedo = [0.5",
+            "albedo = [1.5",
+            "mine.toml: objects[1].material.albedo: 1.5: a reflectance is 0 to 1",
+        ),
+        ("albedo = [0.5", "albdo = [0.5", "line 29: unknown field `albdo`"),
+        ("radius_m = 0.1", "radius_m = nan", "objects[0].shape.radius_m: NaN"),
         (
             "[0.0, 0.5, 3.0]",
             "[1.0, 0.15, 0.05]",
             "camera.position_m: [1.0, 0.15, 0.05]: the sphere",
         ),
-        ("[0.0, 0.5, 3.0]", "[0.0, -0.5, 3.0]", "a place above the floor is needed"),
+        (
+            "translation = [1.0, 0.0, 0.0]",
+            "translation = [0.0, 0.0, 0.0]",
+            "objects[0].motion.translation: [0.0, 0.0, 0.0]: a vector with a length",
+        ),
+        (
+            "translation = [1.0, 0.0, 0.0]",
+            "translation = [1.0, 0.0, 1.0]",
+            "trajectory: wrap: sphere does not move straight across the view: once is allowed",
+        ),
+        (
+            "[objects.motion]",
+            "[objects.motion]\ndeformation = { file = \"a.ply\", distance_m = 1.0 }",
+            "objects[0].motion.deformation.file: a.ply: only a mesh has poses",
+        ),
+        (
+            "kind = \"sphere\",",
+            "kind = \"mesh\", file = \"none.ply\",",
+            "objects[0].shape.file: none.ply: ",
+        ),
+        (
+            "[0.5, 0.5, 0.5] }",
+            "[0.5, 0.5, 0.5], coat = { kind = \"metal\", roughness = 0 } }",
+            "objects[1].material.coat.roughness: 0: 0.02 to 1 is allowed",
+        ),
+        (
+            "kind = \"constant\", albedo = [0.5, 0.5, 0.5]",
+            "kind = \"model\"",
+            "objects[1].material.kind: model: only a mesh has a model's file",
+        ),
+        (
+            "[[objects]]\nname = \"sphere\"",
+            "[[lights]]\nkind = \"directional\"\ndirection = [0, 0, 0]\nirradiance = [1, 1, 1]\n\
+             [[objects]]\nname = \"sphere\"",
+            "lights[0].direction: [0.0, 0.0, 0.0]: a vector with a length",
+        ),
         ("[0.0, 0.5, 3.0]", "[0.0, 0.1, 0.0]", "another point than camera.look_at_m"),
         ("[0.0, 0.5, 3.0]", "[0.0, 0.5, inf]", "camera.position_m: [0.0, 0.5, inf]: coordinates"),
         (BUILT_IN, MAP, "environment.map.file: sky.exr: "),
@@ -110,4 +149,70 @@ fn scenes_that_cannot_be_are_refused_by_name() {
     std::fs::remove_file(folder.path().join("scenes/mine.toml")).unwrap();
     let error = fail(folder.path(), 1, WORDS);
     assert!(error.contains("mine.toml: neither a file nor one of the shipped scenes"), "{error}");
+}
+
+/// A square in the xy-plane, textured by `red.png` through a library of materials.
+fn textured_square(folder: &Path) {
+    let red = image::RgbImage::from_pixel(2, 2, image::Rgb([255, 0, 0]));
+    red.save(folder.join("red.png")).unwrap();
+    std::fs::write(folder.join("square.mtl"), "newmtl red\nmap_Kd red.png\n").unwrap();
+    let square = "mtllib square.mtl\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\n\
+                  vt 0 0\nusemtl red\nf 1/1 2/1 3/1 4/1\n";
+    std::fs::write(folder.join("square.obj"), square).unwrap();
+}
+
+const MESH: &str = "kind = \"mesh\", file = \"square.obj\",";
+
+/// A model with its library and picture is seen in its colours; and the folder of sequences alone is enough
+/// to render it again.
+#[test]
+fn a_model_travels_with_its_sequences() {
+    let folder = tempfile::tempdir().unwrap();
+    let own = format!("material = {{ kind = \"model\" }}\nshape = {{ {MESH}");
+    grid_with(folder.path(), "shape = { kind = \"sphere\",", &own);
+    textured_square(&folder.path().join("scenes"));
+    succeed(folder.path(), WORDS);
+    std::fs::rename(folder.path().join("out"), folder.path().join("moved")).unwrap();
+    std::fs::remove_dir_all(folder.path().join("scenes")).unwrap();
+    let found = succeed(folder.path(), &["validate", "moved", "--device", "cpu"]);
+    assert!(found.contains("the same bytes"), "{found}");
+    let sequence = Sequence::open(&folder.path().join("moved/M2-S2-T3-A3")).unwrap();
+    let image = sequence.read_frame(&sequence.manifest.frames[0]).unwrap();
+    let is_red = |pixel: &[u8]| pixel[0] > 60 && pixel[1] < 20 && pixel[2] < 20;
+    assert!(image.bytes.chunks(3).any(is_red));
+}
+
+#[test]
+fn models_that_cannot_be_are_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    grid_with(folder.path(), "kind = \"sphere\",", MESH);
+    let square = |text: &str| {
+        std::fs::write(folder.path().join("scenes/square.obj"), text).unwrap();
+        let error = fail(folder.path(), 1, WORDS);
+        assert!(!folder.path().join("out").exists(), "{text}");
+        error
+    };
+    for (text, expect) in [
+        ("v 0 0 0\n", "scenes/square.obj: vertices: 0: 1 to"),
+        ("v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "scenes/square.obj: line 1"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "scenes/square.obj: line 4"),
+        ("", "scenes/square.obj: vertices: 0"),
+    ] {
+        let error = square(text);
+        assert!(error.contains(expect), "{text}: {error}");
+    }
+    // Without a radius it is not known when it has left the view.
+    grid_with(folder.path(), "kind = \"sphere\", radius_m = 0.1", MESH.trim_end_matches(','));
+    let error = square("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    assert!(error.contains("trajectory: wrap: sphere has no shape.radius_m"), "{error}");
+}
+
+#[test]
+fn the_scene_of_the_guide_holds() {
+    let guide = include_str!("../docs/guide/scenes.md");
+    let example = guide.split("```").nth(1).unwrap().trim_start_matches("toml");
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("guide.toml"), example).unwrap();
+    let found = succeed(folder.path(), &["validate", "guide.toml"]);
+    assert!(found.contains("scene turning-wheel"), "{found}");
 }

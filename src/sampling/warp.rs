@@ -7,7 +7,7 @@ use std::f32::consts::FRAC_PI_2;
 /// (sin 2πu, cos 2πu) for u ∈ [0, 1], to 4·10⁻⁷: Taylor polynomials on the eighth of a turn about
 /// the nearest quarter.
 pub fn sin_cos_turns(u: f32) -> (f32, f32) {
-    let quarter = (4.0 * u + 0.5).floor();
+    let quarter = (4.0 * u + 0.5) as u32 as f32;
     let a = (4.0 * u - quarter) * FRAC_PI_2;
     let a2 = a * a;
     let sin = a * (1.0 + a2 * (-1.0 / 6.0 + a2 * (1.0 / 120.0 + a2 * (-1.0 / 5040.0))));

@@ -145,7 +145,14 @@ impl Environment {
         let x = (0.5 - atan2_turns(-direction.z, direction.x)) * width + shift[0];
         let y = (0.5 - 2.0 * atan2_turns(direction.y, cos_elevation)) * height + shift[1];
         // Around in azimuth, and constant beyond the poles.
-        let radiance = self.texel(x - width * (x / width).floor(), y.clamp(0.0, height));
+        let around = if x < 0.0 {
+            x + width
+        } else if x >= width {
+            x - width
+        } else {
+            x
+        };
+        let radiance = self.texel(around, y.clamp(0.0, height));
         (radiance, luminance(radiance) * self.inverse_flux)
     }
 

@@ -36,7 +36,8 @@ fn environment_evaluate(direction: vec3f, shift: vec2f) -> vec4f {
     let cos_elevation = sqrt(max(1.0 - direction.y * direction.y, 0.0));
     let x = (0.5 - atan2_turns(-direction.z, direction.x)) * width + shift.x;
     let y = (0.5 - 2.0 * atan2_turns(direction.y, cos_elevation)) * height + shift.y;
-    let radiance = environment_texel(x - width * floor(x / width), clamp(y, 0.0, height));
+    let around = x + select(0.0, width, x < 0.0) - select(0.0, width, x >= width);
+    let radiance = environment_texel(around, clamp(y, 0.0, height));
     return vec4f(radiance, dot(radiance, LUMINANCE) * environment.inverse_flux);
 }
 

@@ -19,7 +19,7 @@ pub struct Object {
     pub from_axis: [Vec4; 3],
     /// Where its origin is at distance 0.
     pub position: Vec3,
-    /// Radius of a sphere, half the side of a plane.
+    /// Radius of a sphere, half the side of a plane, and the radius of a sphere about a mesh.
     pub size: f32,
     /// Unit vector in which it goes; zero, if it does not.
     pub direction: Vec3,
@@ -53,8 +53,8 @@ pub struct Pose {
 }
 
 impl Object {
-    /// `description` during frame `frame` of `stimulus`.
-    pub fn new(stimulus: &Stimulus, description: &scene::Object, frame: u32) -> Self {
+    /// `description` during frame `frame` of `stimulus`; `reach` is how far a mesh reaches from its origin.
+    pub fn new(stimulus: &Stimulus, description: &scene::Object, reach: f32, frame: u32) -> Self {
         let path = stimulus.path(description, frame);
         let motion = description.motion.as_ref();
         let rotation = motion.and_then(|motion| motion.rotation);
@@ -81,7 +81,7 @@ impl Object {
             size: match description.shape {
                 Shape::Sphere { radius_m } => radius_m as f32,
                 Shape::Plane { side_m } => (0.5 * side_m) as f32,
-                Shape::Mesh { .. } => 0.0,
+                Shape::Mesh { .. } => reach,
             },
             direction: Vec3::from(description.direction().unwrap_or_default().map(|c| c as f32)),
             distance: path.distance_m as f32,
@@ -123,13 +123,16 @@ impl Object {
         Pose {
             centre: self.position + self.direction * distance,
             turns: self.turns + moved * self.turns_per_m,
-            time: (1.0 - (1.0 - (poses - 2.0 * (0.5 * poses).floor())).abs()).clamp(0.0, 1.0),
+            time: if self.poses_per_m == 0.0 { 0.0 } else { there_and_back(poses) },
         }
     }
 
     /// A world-space direction in the object's own space.
     pub fn to_object(&self, pose: &Pose, v: Vec3) -> Vec3 {
         let v = matrix(&self.to_axis) * v;
+        if self.turns_per_m == 0.0 {
+            return v;
+        }
         let (sin, cos) = sin_cos_turns(pose.turns - pose.turns.floor());
         matrix(&self.from_axis) * Vec3::new(cos * v.x + sin * v.y, cos * v.y - sin * v.x, v.z)
     }
@@ -169,6 +172,15 @@ impl Object {
         self.to_world(pose, Vec3::Y)
     }
 
+    /// Whether a ray may meet a mesh, which reaches `size` far from its centre: it does so or begins within
+    /// that reach.
+    pub fn may_meet(&self, centre: Vec3, origin: Vec3, direction: Vec3) -> bool {
+        let to_centre = centre - origin;
+        let along = to_centre.dot(direction);
+        let across = to_centre - direction * along.max(0.0);
+        across.length_squared() <= self.size * self.size
+    }
+
     /// Distance along a ray that begins elsewhere to the plane.
     pub fn meet_plane(&self, pose: &Pose, origin: Vec3, direction: Vec3) -> Option<f32> {
         let normal = self.plane_normal(pose);
@@ -179,6 +191,11 @@ impl Object {
         // Along the plane the distance is infinite or not a number, and no place is within.
         (distance > 0.0 && within).then_some(distance)
     }
+}
+
+/// The way from 0 to 1, back to 0 at 2, and so on.
+fn there_and_back(way: f32) -> f32 {
+    (1.0 - (1.0 - (way - 2.0 * (0.5 * way).floor())).abs()).clamp(0.0, 1.0)
 }
 
 fn matrix(columns: &[Vec4; 3]) -> Mat3 {

@@ -94,6 +94,14 @@ fn meet_sphere(object: Object, centre: vec3f, origin: vec3f, direction: vec3f, i
     return distance;
 }
 
+// Whether a ray may meet a mesh, which reaches `size` far from its centre.
+fn may_meet(object: Object, centre: vec3f, origin: vec3f, direction: vec3f) -> bool {
+    let to_centre = centre - origin;
+    let along = max(dot(to_centre, direction), 0.0);
+    let across = to_centre - direction * along;
+    return dot(across, across) <= object.size * object.size;
+}
+
 // Distance along a ray that begins elsewhere to the plane, or −1.
 fn meet_plane(object: Object, pose: Pose, origin: vec3f, direction: vec3f) -> f32 {
     let normal = plane_normal(object, pose);

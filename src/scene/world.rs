@@ -10,7 +10,7 @@ use crate::mesh::bvh::Bvh;
 use crate::mesh::ray::Ray;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use shutterlab_stimuli::scene::{MAX_OBJECTS, Material, Motion, Shape};
+use shutterlab_stimuli::scene::{Material, Motion, Shape};
 use shutterlab_stimuli::{Stimulus, assets, scene};
 use std::path::Path;
 
@@ -38,6 +38,8 @@ pub struct SceneMesh {
     pub mesh: Mesh,
     /// Over the mesh.
     pub bvh: Bvh,
+    /// How far it reaches from its origin, in any pose.
+    pub reach: f32,
     /// Material of each triangle, by its place in `materials`.
     pub face_materials: Vec<u32>,
     /// What the file says of its faces.
@@ -70,14 +72,14 @@ pub struct Met {
 }
 
 /// The objects at an instant of the shutter interval.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Instant<'a> {
     /// Their world.
     pub world: &'a World,
     /// The objects during the frame.
     pub objects: &'a [Object],
-    /// Where each is.
-    pub poses: [Pose; MAX_OBJECTS],
+    /// The part of the shutter interval that has passed, counted from its middle, in [−½, ½].
+    pub shutter: f32,
 }
 
 impl World {
@@ -119,20 +121,21 @@ impl World {
         })
     }
 
+    /// The objects during frame `frame` of `stimulus`, whose world this is.
+    pub fn objects(&self, stimulus: &Stimulus, frame: u32) -> Vec<Object> {
+        let [spheres, planes, _] = self.counts;
+        let reach =
+            |k: usize| self.meshes.get(k.wrapping_sub(spheres + planes)).map_or(0.0, |of| of.reach);
+        let described = self.descriptions(stimulus).enumerate();
+        described.map(|(k, object)| Object::new(stimulus, object, reach(k), frame)).collect()
+    }
+
     /// The descriptions of the objects of `stimulus`, whose world this is.
     pub fn descriptions<'a>(
         &'a self,
         stimulus: &'a Stimulus,
     ) -> impl Iterator<Item = &'a scene::Object> {
         self.order.iter().map(|&k| &stimulus.scene.objects[k])
-    }
-
-    /// The objects at the instant when the part `shutter` of the shutter interval, counted from its middle,
-    /// has passed.
-    pub fn at<'a>(&'a self, objects: &'a [Object], shutter: f32) -> Instant<'a> {
-        let mut poses = [Pose::default(); MAX_OBJECTS];
-        poses.iter_mut().zip(objects).for_each(|(pose, object)| *pose = object.at(shutter));
-        Instant { world: self, objects, poses }
     }
 }
 
@@ -180,7 +183,10 @@ impl SceneMesh {
             vec![]
         };
         let bvh = Bvh::new(&mesh);
-        Ok(Some(Self { mesh, bvh, face_materials, materials }))
+        let vertices = mesh.positions.iter().chain(mesh.end_positions.iter().flatten());
+        // A little more, for rounding.
+        let reach = 1.0001 * vertices.map(|p| p.length()).fold(0.0, f32::max);
+        Ok(Some(Self { mesh, bvh, reach, face_materials, materials }))
     }
 }
 
@@ -199,6 +205,11 @@ fn fit(mesh: &mut Mesh, radius: f32) {
 }
 
 impl Instant<'_> {
+    /// Where `object` is.
+    pub fn pose(&self, object: usize) -> Pose {
+        self.objects[object].at(self.shutter)
+    }
+
     /// The first thing that a ray meets; `from` is the sphere or plane on which it begins.
     pub fn nearest(&self, origin: Vec3, direction: Vec3, from: Option<usize>) -> Option<Met> {
         let mut nearest: Option<Met> = None;
@@ -215,7 +226,9 @@ impl Instant<'_> {
         (0..self.objects.len()).any(|object| {
             let on = from == Some(object);
             match self.mesh(object) {
-                Some(mesh) => mesh.bvh.any(&self.ray_of(object, origin, direction, far)),
+                Some(mesh) => self
+                    .ray_of(object, origin, direction, far)
+                    .is_some_and(|ray| mesh.bvh.any(&ray)),
                 None => self.meet(object, origin, direction, far, on).is_some(),
             }
         })
@@ -227,15 +240,15 @@ impl Instant<'_> {
         self.world.meshes.get(object.wrapping_sub(spheres + planes))
     }
 
-    /// The ray in the space of `object`.
-    fn ray_of(&self, object: usize, origin: Vec3, direction: Vec3, far: f32) -> Ray {
-        let (of, pose) = (&self.objects[object], &self.poses[object]);
-        Ray {
+    /// The ray in the space of `object`, a mesh, if it may meet it.
+    fn ray_of(&self, object: usize, origin: Vec3, direction: Vec3, far: f32) -> Option<Ray> {
+        let (of, pose) = (&self.objects[object], &self.pose(object));
+        of.may_meet(pose.centre, origin, direction).then(|| Ray {
             origin: of.to_object(pose, origin - pose.centre),
             direction: of.to_object(pose, direction),
             time: pose.time,
             between: [0.0, far],
-        }
+        })
     }
 
     /// Where a ray meets `object` nearer than `far`; `on` says that it begins on it.
@@ -247,9 +260,9 @@ impl Instant<'_> {
         far: f32,
         on: bool,
     ) -> Option<Met> {
-        let (of, pose) = (&self.objects[object], &self.poses[object]);
+        let (of, pose) = (&self.objects[object], &self.pose(object));
         if let Some(mesh) = self.mesh(object) {
-            let ray = self.ray_of(object, origin, direction, far);
+            let ray = self.ray_of(object, origin, direction, far)?;
             let hit = mesh.bvh.nearest(&ray)?;
             let crate::mesh::ray::Hit { triangle, distance, barycentrics } = hit;
             return Some(Met { object, distance, triangle, barycentrics });

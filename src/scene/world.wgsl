@@ -35,12 +35,14 @@ fn nearest(origin: vec3f, direction: vec3f, start: u32) -> Met {
     }
     // unroll
     for (var i = SPHERES + PLANES; i < OBJECTS; i++) {
-        let begin = to_object(objects[i], poses[i], origin - poses[i].centre);
-        let along = to_object(objects[i], poses[i], direction);
-        let mesh = meshes[i - SPHERES - PLANES];
-        let hit = mesh_nearest(mesh, begin, along, poses[i].time, vec2f(0.0, met.distance));
-        if hit.face != MESH_NONE {
-            met = Met(i, hit.distance, hit.face, hit.barycentrics);
+        if may_meet(objects[i], poses[i].centre, origin, direction) {
+            let begin = to_object(objects[i], poses[i], origin - poses[i].centre);
+            let along = to_object(objects[i], poses[i], direction);
+            let mesh = meshes[i - SPHERES - PLANES];
+            let hit = mesh_nearest(mesh, begin, along, poses[i].time, vec2f(0.0, met.distance));
+            if hit.face != MESH_NONE {
+                met = Met(i, hit.distance, hit.face, hit.barycentrics);
+            }
         }
     }
     return met;
@@ -63,7 +65,7 @@ fn is_met(origin: vec3f, direction: vec3f, far: f32, start: u32) -> bool {
     }
     // unroll
     for (var i = SPHERES + PLANES; i < OBJECTS; i++) {
-        if !met {
+        if !met && may_meet(objects[i], poses[i].centre, origin, direction) {
             let begin = to_object(objects[i], poses[i], origin - poses[i].centre);
             let along = to_object(objects[i], poses[i], direction);
             met = mesh_any(meshes[i - SPHERES - PLANES], begin, along, poses[i].time, vec2f(0.0, far));

@@ -34,7 +34,7 @@ impl Surface {
         direction: Vec3,
     ) -> Self {
         let Met { object, distance, .. } = *met;
-        let (of, pose) = (&instant.objects[object], &instant.poses[object]);
+        let (of, pose) = (&instant.objects[object], &instant.pose(object));
         let material = &materials[object];
         let pictures = &instant.world.pictures;
         let point = origin + direction * distance;
@@ -66,7 +66,7 @@ impl Surface {
         direction: Vec3,
     ) -> Self {
         let (of, pose): (&Object, &Pose) =
-            (&instant.objects[met.object], &instant.poses[met.object]);
+            (&instant.objects[met.object], &instant.pose(met.object));
         let vertices = mesh.triangles[met.triangle as usize];
         let [a, b, c] = mesh.corners(vertices, pose.time);
         let weights = met.barycentrics;

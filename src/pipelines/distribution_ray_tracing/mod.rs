@@ -156,10 +156,7 @@ impl Frame {
         let materials = || descriptions.iter().map(|object| stimulus.material_of(object));
         Self {
             params,
-            objects: descriptions
-                .iter()
-                .map(|object| Object::new(stimulus, object, frame))
-                .collect(),
+            objects: world.objects(stimulus, frame),
             materials: materials()
                 .zip(&world.object_pictures)
                 .map(|(material, &picture)| Material::new(material, picture))

@@ -7,7 +7,7 @@ use crate::pipelines::Pipeline;
 use crate::sampling::random::{StreamKey, unit};
 use crate::sampling::sampler;
 use crate::scene::environment::{Environment, luminance};
-use crate::scene::world::World;
+use crate::scene::world::{Instant, World};
 use crate::shading::surface::Surface;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -86,7 +86,7 @@ fn path_radiance(
 
     let [in_x, in_y, instant, _] = start.map(unit);
     let shutter = params.shutter().instant(instant);
-    let instant = world.at(&frame.objects, shutter);
+    let instant = Instant { world, objects: &frame.objects, shutter };
     let (mut origin, mut direction) = params.camera.ray(
         x as f32 + in_x - 0.5 * params.width as f32,
         y as f32 + in_y - 0.5 * params.height as f32,
