@@ -8,6 +8,7 @@ import os
 import tempfile
 
 import bpy
+import mathutils
 import numpy as np
 import scene
 
@@ -20,8 +21,8 @@ def main():
     view = scene.view(given)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     add_floor()
-    sphere = add_sphere(view.material)
-    add_camera()
+    sphere = add_mesh() if view.is_mesh else add_sphere(view.material)
+    add_camera(view)
     add_sky()
     settings(view)
     move(sphere, view)
@@ -78,26 +79,8 @@ def add_floor():
 
 
 def add_sphere(material):
-    vertices = []
-    for j in range(BETWEEN_POLES + 1):
-        polar = math.pi * j / BETWEEN_POLES
-        for i in range(AROUND):
-            azimuth = 2 * math.pi * i / AROUND
-            around = (math.cos(azimuth), -math.sin(azimuth))
-            n = (math.sin(polar) * around[0], math.cos(polar), math.sin(polar) * around[1])
-            vertices.append([scene.RADIUS * c for c in to_blender(n)])
-    faces = []
-    for j in range(BETWEEN_POLES):
-        for i in range(AROUND):
-            right = (i + 1) % AROUND
-            upper, lower = j * AROUND, (j + 1) * AROUND
-            corners = [upper + i, lower + i, lower + right, upper + right]
-            # At a pole a ring is one point.
-            if j == 0:
-                corners = [0] + corners[1:3]
-            elif j == BETWEEN_POLES - 1:
-                corners = [corners[0], BETWEEN_POLES * AROUND, corners[3]]
-            faces.append(corners)
+    normals, faces = scene.uv_sphere(AROUND, BETWEEN_POLES)
+    vertices = [[scene.RADIUS * c for c in to_blender(n)] for n in normals]
     cells, light, dark = scene.MATERIALS[material]
     materials = [diffuse("light", light)] + ([diffuse("dark", dark)] if cells else [])
     sphere = add_object("sphere", vertices, faces, materials)
@@ -110,6 +93,16 @@ def add_sphere(material):
     sphere.data.polygons.foreach_set("use_smooth", np.ones(len(faces), bool))
     sphere.data.update()
     return sphere
+
+
+def add_mesh():
+    vertices, triangles = scene.bumpy_mesh()
+    vertices = [to_blender(v) for v in vertices.tolist()]
+    materials = [diffuse("mesh", scene.MATERIALS["mesh"][1])]
+    mesh = add_object("mesh", vertices, triangles.tolist(), materials)
+    mesh.data.polygons.foreach_set("use_smooth", np.zeros(len(triangles), bool))
+    mesh.data.update()
+    return mesh
 
 
 def move(sphere, view):
@@ -143,16 +136,16 @@ def move(sphere, view):
             raise SystemExit(f"error: sphere: {found} at {part} of the shutter, not {(x, angle)}")
 
 
-def add_camera():
+def add_camera(view):
     lens = bpy.data.cameras.new("camera")
     lens.sensor_fit, lens.sensor_width, lens.lens = "HORIZONTAL", scene.SENSOR_WIDTH_MM, scene.FOCAL_LENGTH_MM
     lens.clip_start, lens.clip_end = 0.01, 1000.0
     camera = bpy.data.objects.new("camera", lens)
     bpy.context.collection.objects.link(camera)
-    camera.location = to_blender(scene.CAMERA)
-    down = math.atan2(scene.CAMERA[1] - scene.LOOK_AT[1], scene.CAMERA[2] - scene.LOOK_AT[2])
-    # At rest a camera of Blender looks down.
-    camera.rotation_euler = (math.pi / 2 - down, 0, 0)
+    camera.location = to_blender(view.camera)
+    # A camera of Blender looks along its -z, and its y is up in the image.
+    ahead = mathutils.Vector(to_blender(scene.LOOK_AT - view.camera))
+    camera.rotation_euler = ahead.to_track_quat("-Z", "Y").to_euler()
     bpy.context.scene.camera = camera
 
 

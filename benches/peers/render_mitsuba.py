@@ -31,7 +31,7 @@ def main():
     parser.add_argument("--sub-frames", type=int, default=0, help="default: one per pixel of travel")
     given = parser.parse_args()
     view = scene.view(given)
-    built = build(view, given.sampler)
+    built = build(view, given.sampler, given.output / "mesh.ply")
     parameters = mi.traverse(built)
 
     def render(samples, seed):
@@ -58,7 +58,7 @@ def sub_frames(view, samples, wanted):
     return next(n for n in range(1, samples + 1) if samples % n == 0 and n >= min(wanted, samples))
 
 
-def build(view, sampler):
+def build(view, sampler, mesh):
     sky = scene.clear_sky(scene.directions(1024, 512, rows_end_at_poles=True))
     return mi.load_dict({
         "type": "scene",
@@ -70,7 +70,7 @@ def build(view, sampler):
             "fov_axis": "x",
             "near_clip": 0.01,
             "far_clip": 1000.0,
-            "to_world": Transform().look_at(list(scene.CAMERA), list(scene.LOOK_AT), [0, 1, 0]),
+            "to_world": Transform().look_at(list(view.camera), list(scene.LOOK_AT), [0, 1, 0]),
             "film": {
                 "type": "hdrfilm",
                 "width": scene.WIDTH,
@@ -91,18 +91,29 @@ def build(view, sampler):
             "to_world": Transform().rotate([1, 0, 0], -90).scale(0.5 * scene.FLOOR_SIDE),
             "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": scene.FLOOR_ALBEDO}},
         },
-        "sphere": {
-            "type": "sphere",
-            "to_world": sphere_to_world(view, 0),
-            "bsdf": {"type": "diffuse", "reflectance": reflectance(view.material)},
-        },
+        **moving(view, mesh),
     })
+
+
+def moving(view, mesh):
+    """What moves, as `sphere`. A mesh is an instance, so that its own hierarchy is built only once."""
+    place = {"to_world": sphere_to_world(view, 0)}
+    bsdf = {"type": "diffuse", "reflectance": reflectance(view.material)}
+    if not view.is_mesh:
+        return {"sphere": {"type": "sphere", **place, "bsdf": bsdf}}
+    model = {"type": "ply", "filename": str(mesh), "face_normals": True, "bsdf": bsdf}
+    return {
+        "group": {"type": "shapegroup", "model": model},
+        "sphere": {"type": "instance", **place, "group": {"type": "ref", "id": "group"}},
+    }
 
 
 def sphere_to_world(view, shutter):
     x, angle = view.sphere(shutter)
     place = Transform().translate([x, scene.RADIUS, 0])
     rolled = Transform().rotate([0, 0, -1], math.degrees(angle))
+    if view.is_mesh:
+        return place @ rolled
     return place @ rolled @ Transform().scale(scene.RADIUS) @ POLES_TO_Y
 
 

@@ -1,8 +1,9 @@
 """The rolling sphere of the thesis in numbers, for renderers that are not ours, and what their scripts
-have in common: arguments, names of frames, Portable Float Maps. It knows no renderer.
+have in common: arguments, names of frames, Portable Float Maps. It knows no renderer. Called with the name
+of a file it writes the mesh there.
 
 Metres, seconds, right-handed, y up. The same numbers stand in stimuli/scenes/rolling-sphere.toml,
-stimuli/grids/rolling-sphere-mono.toml and stimuli/src/stimulus.rs.
+the grids rolling-sphere-mono.toml and rolling-sphere-stereo.toml, and stimuli/src/stimulus.rs.
 """
 
 import argparse
@@ -18,6 +19,8 @@ import numpy as np
 WIDTH, HEIGHT = 640, 360
 FPS, FRAMES = 30.0, 120
 CAMERA, LOOK_AT = np.array([0.0, 0.5, 3.0]), np.array([0.0, 0.1, 0.0])
+# How far to the right each eye is. Both look at the same point.
+EYES = {"": 0.0, "left": -0.0325, "right": 0.0325}
 FOCAL_LENGTH_MM, SENSOR_WIDTH_MM = 50.0, 36.0
 RADIUS = 0.1
 FLOOR_ALBEDO, FLOOR_SIDE = 0.5, 200.0
@@ -30,6 +33,8 @@ MATERIALS = {
     "flat": (0, (0.80, 0.25, 0.15), None),
     "checker8": (8, (0.8, 0.8, 0.8), (0.1, 0.1, 0.1)),
     "checker16": (16, (0.8, 0.8, 0.8), (0.1, 0.1, 0.1)),
+    # The mesh in place of the sphere.
+    "mesh": (0, (0.80, 0.25, 0.15), None),
 }
 SUN_DIRECTION = np.array([-0.4393850, 0.6427876, 0.6275069])
 
@@ -45,9 +50,19 @@ class View:
     speed: str = "S2"
     shutter: str = "T5"
     frame: int = 60
+    eye: str = ""
 
     def name(self):
-        return f"{self.material}-{self.speed}-{self.shutter}-{self.frame}"
+        name = f"{self.material}-{self.speed}-{self.shutter}-{self.frame}"
+        return f"{name}-{self.eye}" if self.eye else name
+
+    @property
+    def is_mesh(self):
+        return self.material == "mesh"
+
+    @property
+    def camera(self):
+        return CAMERA + [EYES[self.eye], 0.0, 0.0]
 
     @property
     def shutter_open(self):
@@ -74,14 +89,14 @@ class View:
 
     def ball(self):
         """The rectangle (rows, columns) around all that the sphere covers while the shutter is open."""
-        forward = (LOOK_AT - CAMERA) / np.linalg.norm(LOOK_AT - CAMERA)
+        forward = (LOOK_AT - self.camera) / np.linalg.norm(LOOK_AT - self.camera)
         right = np.cross(forward, [0.0, 1.0, 0.0])
         right /= np.linalg.norm(right)
         up = np.cross(right, forward)
         directions = np.random.default_rng(0).normal(size=(4000, 3))
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
         centers = [np.array([self.sphere(s)[0], RADIUS, 0.0]) for s in (-0.5, 0.5)]
-        points = np.concatenate([center + RADIUS * directions for center in centers]) - CAMERA
+        points = np.concatenate([center + RADIUS * directions for center in centers]) - self.camera
         depth = points @ forward
         columns = 0.5 * WIDTH + FOCAL_LENGTH_PX * (points @ right) / depth
         rows = 0.5 * HEIGHT - FOCAL_LENGTH_PX * (points @ up) / depth
@@ -89,6 +104,64 @@ class View:
             slice(max(math.floor(places.min()) - 1, 0), min(math.ceil(places.max()) + 1, size))
             for places, size in ((rows, HEIGHT), (columns, WIDTH))
         )
+
+
+def uv_sphere(around, between_poles):
+    """Unit vectors, ring by ring from the pole n_y = 1, along u within a ring; and the faces between them in
+    the same order, counter-clockwise seen from outside. Of a pole's ring, which is one point, the first is used.
+    """
+    vertices, faces = [], []
+    for j in range(between_poles + 1):
+        polar = math.pi * j / between_poles
+        for i in range(around):
+            azimuth = 2 * math.pi * i / around
+            x, z = math.cos(azimuth), -math.sin(azimuth)
+            vertices.append((math.sin(polar) * x, math.cos(polar), math.sin(polar) * z))
+    for j in range(between_poles):
+        for i in range(around):
+            right = (i + 1) % around
+            upper, lower = j * around, (j + 1) * around
+            corners = [upper + i, lower + i, lower + right, upper + right]
+            if j == 0:
+                corners = [0] + corners[1:3]
+            elif j == between_poles - 1:
+                corners = [corners[0], between_poles * around, corners[3]]
+            faces.append(corners)
+    return vertices, faces
+
+
+def bumpy_mesh():
+    """Vertices and triangles of a closed mesh with bumps of many sizes. The middle of its bounding box is the
+    origin and its farthest vertex is at RADIUS, so that to fit it to these leaves it as it is."""
+    vertices, faces = uv_sphere(264, 134)
+    vertices = np.array(vertices)
+    random = np.random.default_rng(2012)
+    height = np.zeros(len(vertices))
+    for octave in range(5):
+        waves, phases = random.normal(size=(3, 8)), random.uniform(0, 2 * math.pi, 8)
+        height += np.sin(3 * 2**octave * (vertices @ waves) + phases).mean(axis=1) / 2**octave
+    vertices *= np.exp(0.35 * height)[:, None]
+    vertices -= (vertices.min(axis=0) + vertices.max(axis=0)) / 2
+    vertices *= RADIUS / np.linalg.norm(vertices, axis=1).max()
+    triangles = [(face[0], *pair) for face in faces for pair in zip(face[1:], face[2:])]
+    return vertices.astype(np.float32), np.array(triangles, np.int32)
+
+
+def write_mesh(path):
+    vertices, triangles = bumpy_mesh()
+    faces = np.zeros(len(triangles), [("corners", "u1"), ("vertices", "<i4", 3)])
+    faces["corners"], faces["vertices"] = 3, triangles
+    header = f"""ply
+format binary_little_endian 1.0
+element vertex {len(vertices)}
+property float x
+property float y
+property float z
+element face {len(faces)}
+property list uchar int vertex_indices
+end_header
+"""
+    path.write_bytes(header.encode() + vertices.astype("<f4").tobytes() + faces.tobytes())
 
 
 def checker(cells):
@@ -158,10 +231,11 @@ def add_view_arguments(parser):
     parser.add_argument("--speed", choices=SPEEDS_DEG_PER_S, default=View.speed)
     parser.add_argument("--shutter", choices=SHUTTERS, default=View.shutter)
     parser.add_argument("--frame", type=int, default=View.frame)
+    parser.add_argument("--eye", choices=EYES, default=View.eye)
 
 
 def view(given):
-    return View(given.material, given.speed, given.shutter, given.frame)
+    return View(given.material, given.speed, given.shutter, given.frame, given.eye)
 
 
 def render_all(given, renderer, render):
@@ -183,3 +257,7 @@ def render_all(given, renderer, render):
             print(line, flush=True)
             with open(given.output / "times.csv", "a") as file:
                 file.write(line + "\n")
+
+
+if __name__ == "__main__":
+    write_mesh(Path(sys.argv[1]))
