@@ -194,7 +194,10 @@ fn models_that_cannot_be_are_refused_by_name() {
     };
     for (text, expect) in [
         ("v 0 0 0\n", "scenes/square.obj: vertices: 0: 1 to"),
-        ("v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "scenes/square.obj: position of vertex 0: [0, 0, NaN]"),
+        (
+            "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+            "scenes/square.obj: position of vertex 0: [0, 0, NaN]",
+        ),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "scenes/square.obj: line 4"),
         ("", "scenes/square.obj: vertices: 0"),
     ] {

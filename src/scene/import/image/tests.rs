@@ -96,11 +96,37 @@ fn what_is_no_light_map_is_refused_by_name() {
     );
 }
 
+/// The check sum of a PNG file's chunks (ISO 3309).
+fn crc(bytes: &[u8]) -> u32 {
+    let step = |crc: u32, _| (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg());
+    !bytes.iter().fold(u32::MAX, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), step))
+}
+
 #[test]
 fn large_pictures_are_refused_before_they_are_decoded() {
     for size in ["-Y 1 +X 16385", "-Y 16385 +X 1", "-Y 16384 +X 16384", "-Y 4294967295 +X 9"] {
         let bytes = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n").into_bytes();
         let message = message(light_map_from("a.hdr", &bytes));
         assert!(message.contains("imit"), "{size}: {message}");
+    }
+
+    // 10⁵ × 10⁵, in otherwise sound files.
+    const SIDE: u32 = 100_000;
+    let mut png = file_of(image::RgbImage::new(1, 1), ImageFormat::Png);
+    png[16..20].copy_from_slice(&SIDE.to_be_bytes());
+    png[20..24].copy_from_slice(&SIDE.to_be_bytes());
+    let check_sum = crc(&png[12..29]).to_be_bytes();
+    png[29..33].copy_from_slice(&check_sum);
+    let mut exr = file_of(radiance([[0.5; 3]; 4]), ImageFormat::OpenExr);
+    for name in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {
+        let at = exr.windows(name.len()).position(|window| window == name).unwrap();
+        let last_corner = at + name.len() + 4 + 8;
+        exr[last_corner..][..4].copy_from_slice(&(SIDE - 1).to_le_bytes());
+        exr[last_corner + 4..][..4].copy_from_slice(&(SIDE - 1).to_le_bytes());
+    }
+    for bytes in [png, exr] {
+        // The chunks of the EXR file do not match such a window, which is told first.
+        let message = message(texture_of(bytes));
+        assert!(["imit", "chunk count"].iter().any(|what| message.contains(what)), "{message}");
     }
 }
