@@ -139,6 +139,9 @@ impl Object {
 
     /// A direction of the object's own space in world space.
     pub fn to_world(&self, pose: &Pose, v: Vec3) -> Vec3 {
+        if self.turns_per_m == 0.0 {
+            return matrix(&self.to_axis).transpose() * v;
+        }
         let v = matrix(&self.from_axis).transpose() * v;
         let (sin, cos) = sin_cos_turns(pose.turns - pose.turns.floor());
         matrix(&self.to_axis).transpose()
@@ -199,8 +202,7 @@ fn there_and_back(way: f32) -> f32 {
 }
 
 fn matrix(columns: &[Vec4; 3]) -> Mat3 {
-    let [x, y, z] = columns.map(Vec4::truncate);
-    Mat3::from_cols(x, y, z)
+    Mat3::from_cols(columns[0].truncate(), columns[1].truncate(), columns[2].truncate())
 }
 
 /// The rotation by `angle` about `axis`, of any length but 0.
