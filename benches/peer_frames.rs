@@ -15,7 +15,7 @@ mod pfm;
 
 use cpu_time::ProcessTime;
 use shutterlab::pipelines::{DeviceChoice, OpenDevice};
-use shutterlab_stimuli::assets::Asset;
+use shutterlab_stimuli::assets::{Asset, Kind};
 use shutterlab_stimuli::scene::{Material, Shape};
 use shutterlab_stimuli::stimulus::Trajectory;
 use shutterlab_stimuli::{Grid, Selection, Stimulus};
@@ -114,7 +114,7 @@ fn stimulus(
 
 /// Puts the mesh in `folder` in place of the sphere of the same radius.
 fn replace_sphere(stimulus: &mut Stimulus, folder: &Path) -> Result<(), Failure> {
-    let mesh = Asset::open(&folder.join("mesh.ply"))?;
+    let mesh = Asset::open(&folder.join("mesh.ply"), Kind::Model)?;
     mesh.keep(folder)?;
     let object = &mut stimulus.scene.objects[0];
     let radius_m = object.radius_m();

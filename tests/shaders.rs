@@ -94,7 +94,7 @@ fn layouts_in_rust() -> Vec<(&'static str, Layout)> {
 }
 
 /// Scenes of few things, written out, and of many, in loops; with all that there is, and with little.
-fn variants() -> [Variant; 2] {
+fn variants() -> [Variant; 3] {
     let many = Variant {
         sampler: 2,
         shutter_kind: 2,
@@ -120,7 +120,8 @@ fn variants() -> [Variant; 2] {
         meshes_move: false,
         ..many.clone()
     };
-    [many, few]
+    let moving = Variant { counts: [1, 1, 1], kinds: vec![3, 1, 4], ..many.clone() };
+    [many, few, moving]
 }
 
 fn module(source: &str) -> naga::Module {

@@ -130,7 +130,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         out: &args.out,
     };
     // A file that cannot be used is told of under its own name, before anything is written.
-    assets.iter().try_for_each(|asset| import::check(&asset.source))?;
+    assets.iter().try_for_each(import::check)?;
     for asset in &assets {
         asset.keep(&args.out)?;
     }

@@ -167,6 +167,6 @@ fn check_definition(path: &Path) -> anyhow::Result<String> {
     } else {
         return Ok(format!("protocol {}", Protocol::parse(&text, &file)?.name));
     };
-    assets.iter().try_for_each(|asset| import::check(&asset.source))?;
+    assets.iter().try_for_each(import::check)?;
     Ok(found)
 }

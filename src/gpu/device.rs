@@ -51,8 +51,6 @@ impl Gpu {
             required_limits: wgpu::Limits {
                 max_storage_buffer_binding_size: adapter.limits().max_storage_buffer_binding_size,
                 max_buffer_size: adapter.limits().max_buffer_size,
-                // The light map's two tables, pictures, meshes and the film.
-                max_storage_buffers_per_shader_stage: 5,
                 ..wgpu::Limits::downlevel_defaults()
             },
             ..Default::default()

@@ -20,7 +20,7 @@ pub trait Pipeline {
     /// film at each of the numbers of `samples`, which ascend.
     ///
     /// # Errors
-    /// The device fails or cannot hold the image or the light map.
+    /// A file of the scene cannot be used, or the device fails or cannot hold the scene or the image.
     fn films(
         &mut self,
         stimulus: &Stimulus,

@@ -48,7 +48,7 @@ impl Light {
             return Arrival { direction: self.place, distance: f32::MAX, irradiance: self.color };
         }
         let offset = self.place - point;
-        // At the light itself there is no direction to it; that near, the surface is black.
+        // At the light itself there is no direction to it, and the surface is black.
         let squared = offset.length_squared().max(1e-12);
         let distance = squared.sqrt();
         Arrival { direction: offset / distance, distance, irradiance: self.color / squared }

@@ -13,7 +13,8 @@ use std::f64::consts::TAU;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Object {
-    /// Columns of the rotation that takes the axis it turns about to z.
+    /// Columns of the rotation that takes the axis it turns about to z; of what does not turn, of that to its
+    /// own space.
     pub to_axis: [Vec4; 3],
     /// Columns of the rotation from there to the object's own space; the identity if it does not turn.
     pub from_axis: [Vec4; 3],
@@ -210,11 +211,11 @@ fn about(axis: DVec3, angle: f64) -> DQuat {
     DQuat::from_axis_angle(axis.normalize_or(DVec3::Y), angle)
 }
 
-/// A rotation that takes `axis`, of any length but 0, to z. From −z it is half a turn about x.
+/// A rotation that takes `axis`, of any length but 0, to z. One that points back is first turned by half a turn
+/// about x, away from where the shortest arc to z is not told.
 fn axis_to_z(axis: DVec3) -> DMat3 {
     let axis = axis.normalize_or(DVec3::Z);
-    if axis.z < -0.999_999 {
-        return DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
-    }
-    DMat3::from_quat(DQuat::from_rotation_arc(axis, DVec3::Z))
+    let turned = if axis.z < 0.0 { DVec3::new(1.0, -1.0, -1.0) } else { DVec3::ONE };
+    let arc = DQuat::from_rotation_arc(turned * axis, DVec3::Z);
+    DMat3::from_quat(arc) * DMat3::from_diagonal(turned)
 }

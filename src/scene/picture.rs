@@ -5,6 +5,9 @@ use super::import::image::Picture;
 use super::texel::{exponent_base, pack, unpack};
 use bytemuck::{Pod, Zeroable};
 
+/// Most texels of all pictures of a scene, well within what 32-bit indices count.
+pub const MAX_TEXELS: usize = 1 << 29;
+
 /// Reflectances are at most 1.
 const LARGEST: f32 = 1.0;
 

@@ -1,4 +1,5 @@
-// Pictures on surfaces: twin of picture.rs and texel.rs. The module that uses it declares `pictures`.
+// Pictures on surfaces: twin of picture.rs and texel.rs. The module that uses it declares `geometry`,
+// which begins with the texels.
 
 struct PictureRef {
     first: u32,
@@ -27,7 +28,7 @@ fn picture_color(picture: PictureRef, u: f32, v: f32) -> vec3f {
 }
 
 fn picture_texel(place: u32) -> vec3f {
-    return unpack(pictures[place], REFLECTANCE_BASE);
+    return unpack(geometry[place / 4u][place % 4u], REFLECTANCE_BASE);
 }
 
 // Three mantissas of 9 bits under a common power of two.

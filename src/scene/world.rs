@@ -1,10 +1,10 @@
 //! All that rays can meet: the objects of a scene with their meshes, pictures and lights, and the search
 //! over them.
 
-use super::import::{self, ImportError, Model};
+use super::import::{self, ImportError, Model, Texture};
 use super::light::Light;
 use super::object::{Object, Pose};
-use super::picture::{PictureRef, Pictures};
+use super::picture::{MAX_TEXELS, PictureRef, Pictures};
 use crate::mesh::Mesh;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::ray::Ray;
@@ -96,15 +96,14 @@ impl World {
         };
         let mut order: Vec<usize> = (0..all.len()).collect();
         order.sort_by_key(|&k| kind(&all[k]));
-        let mut pictures = Pictures::default();
+        let mut pictures = Known::default();
         let mut meshes = vec![];
         let mut object_pictures = vec![];
         for object in order.iter().map(|&k| &all[k]) {
             let material = stimulus.material_of(object);
             object_pictures.push(match material {
                 Material::Image { file, sha256, .. } => {
-                    let file = assets::path(assets, Path::new(file), sha256);
-                    pictures.push(&import::image::texture(&import::Texture::File(file))?)
+                    pictures.get(&Texture::File(assets::path(assets, Path::new(file), sha256)))?
                 }
                 _ => PictureRef::default(),
             });
@@ -116,7 +115,7 @@ impl World {
             order,
             meshes,
             object_pictures,
-            pictures,
+            pictures: pictures.all,
             lights: stimulus.scene.lights.iter().map(Light::new).collect(),
         })
     }
@@ -145,35 +144,39 @@ impl SceneMesh {
         object: &scene::Object,
         is_model: bool,
         assets: &Path,
-        pictures: &mut Pictures,
+        pictures: &mut Known,
     ) -> Result<Option<Self>, ImportError> {
         let Shape::Mesh { file, sha256, radius_m } = &object.shape else { return Ok(None) };
         let path = assets::path(assets, Path::new(file), sha256);
         let Model { mut mesh, mut face_materials, materials } = import::model(&path)?;
         if let Some(Motion { deformation: Some(second), .. }) = &object.motion {
             let path = assets::path(assets, Path::new(&second.file), &second.sha256);
-            let end = import::model(&path)?.mesh.positions;
-            if end.len() != mesh.positions.len() {
+            let end = import::model(&path)?.mesh;
+            if end.triangles != mesh.triangles {
                 return Err(ImportError::Value {
-                    file: second.file.clone(),
-                    field: "vertices".into(),
-                    value: end.len().to_string(),
-                    allowed: format!("{}, as {file} has, are needed", mesh.positions.len()),
+                    file: path.display().to_string(),
+                    field: "triangles".into(),
+                    value: format!("{}, of {} vertices", end.triangles.len(), end.positions.len()),
+                    allowed: format!(
+                        "those of {file}, vertex for vertex, are needed: {}, of {} vertices",
+                        mesh.triangles.len(),
+                        mesh.positions.len()
+                    ),
                 });
             }
-            mesh.end_positions = Some(end);
+            mesh.end_positions = Some(end.positions);
             // The normals of one pose are not those of the other: its faces are seen flat.
             mesh.normals = None;
         }
         if let Some(radius) = radius_m {
             fit(&mut mesh, *radius as f32);
+            mesh.check(&path.display().to_string())?;
         }
         let materials = if is_model {
             let material = |of: &import::Material| {
-                let picture = match &of.texture {
-                    Some(texture) => pictures.push(&import::image::texture(texture)?),
-                    None => PictureRef::default(),
-                };
+                let picture =
+                    of.texture.as_ref().map(|texture| pictures.get(texture)).transpose()?;
+                let picture = picture.unwrap_or_default();
                 let color = of.base_color.min(Vec3::ONE);
                 Ok(ModelMaterial { color, picture, padding: [0; 2] })
             };
@@ -187,6 +190,35 @@ impl SceneMesh {
         // A little more, for rounding.
         let reach = 1.0001 * vertices.map(|p| p.length()).fold(0.0, f32::max);
         Ok(Some(Self { mesh, bvh, reach, face_materials, materials }))
+    }
+}
+
+/// The pictures that a scene has so far: what several surfaces show is kept once.
+#[derive(Default)]
+struct Known {
+    textures: Vec<(Texture, PictureRef)>,
+    all: Pictures,
+}
+
+impl Known {
+    /// Where the picture of `texture` is, which is decoded if it is new.
+    fn get(&mut self, texture: &Texture) -> Result<PictureRef, ImportError> {
+        if let Some((_, known)) = self.textures.iter().find(|(known, _)| known == texture) {
+            return Ok(*known);
+        }
+        let picture = import::image::texture(texture)?;
+        let texels = self.all.texels.len() + picture.texels.len();
+        if texels > MAX_TEXELS {
+            return Err(ImportError::Value {
+                file: format!("{texture:.60?}"),
+                field: "texels of all pictures".into(),
+                value: texels.to_string(),
+                allowed: format!("{MAX_TEXELS} are allowed"),
+            });
+        }
+        let new = self.all.push(&picture);
+        self.textures.push((texture.clone(), new));
+        Ok(new)
     }
 }
 

@@ -2,7 +2,6 @@
 //! All surfaces are seen from either side.
 
 use super::material::{Material, Place};
-use crate::scene::object::{Object, Pose};
 use crate::scene::world::{Instant, Met, SceneMesh};
 use glam::{Vec2, Vec3};
 
@@ -42,7 +41,8 @@ impl Surface {
             return Self::on_mesh(instant, mesh, material, met, direction);
         }
         if object < instant.world.counts[0] {
-            let outward = (point - pose.centre) / of.size;
+            let outward = (point - pose.centre).normalize_or(Vec3::Y);
+            let point = pose.centre + outward * of.size;
             let normal = facing(outward, direction);
             let place = Place { n: of.to_object(pose, outward), coordinates: None };
             let albedo = material.albedo(&place, pictures);
@@ -65,8 +65,7 @@ impl Surface {
         met: &Met,
         direction: Vec3,
     ) -> Self {
-        let (of, pose): (&Object, &Pose) =
-            (&instant.objects[met.object], &instant.pose(met.object));
+        let (of, pose) = (&instant.objects[met.object], &instant.pose(met.object));
         let vertices = mesh.triangles[met.triangle as usize];
         let [a, b, c] = mesh.corners(vertices, pose.time);
         let weights = met.barycentrics;
@@ -89,7 +88,10 @@ impl Surface {
             let Vec2 { x, y } = a * weights[0] + b * weights[1] + c * weights[2];
             [x, 1.0 - y]
         });
-        let place = Place { n: local.normalize_or(Vec3::Y), coordinates };
+        // Patterns stick to the surface: they are those of the first pose.
+        let [a, b, c] = mesh.corners(vertices, 0.0);
+        let first = a * weights[0] + b * weights[1] + c * weights[2];
+        let place = Place { n: first.normalize_or(Vec3::Y), coordinates };
         let mut albedo = material.albedo(&place, &instant.world.pictures);
         if let Some(model) = materials.get(face_materials[met.triangle as usize] as usize) {
             let [u, v] = coordinates.unwrap_or_default();

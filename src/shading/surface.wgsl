@@ -33,14 +33,15 @@ fn surface_where(met: Met, origin: vec3f, direction: vec3f) -> Surface {
 fn surface_of(i: u32, met: Met, origin: vec3f, direction: vec3f) -> Surface {
     let point = origin + direction * met.distance;
     if i < SPHERES {
-        let outward = (point - poses[i].centre) / objects[i].size;
+        let outward = normalize_or(point - poses[i].centre, vec3f(0.0, 1.0, 0.0));
+        let on_sphere = poses[i].centre + outward * objects[i].size;
         let normal = facing(outward, direction);
         var n = outward;
         if KINDS[i] != CONSTANT {
             n = to_object(objects[i], poses[i], outward);
         }
         let albedo = material_albedo(KINDS[i], materials[i], n, false, vec2f(0.0));
-        return Surface(point, normal, normal, albedo, bsdfs[i], i);
+        return Surface(on_sphere, normal, normal, albedo, bsdfs[i], i);
     }
     if i >= SPHERES + PLANES {
         return surface_of_mesh(i, met, direction);
@@ -78,7 +79,9 @@ fn surface_of_mesh(i: u32, met: Met, direction: vec3f) -> Surface {
         let at = weighted(mesh.texture_coordinates, vertices.xyz, met.barycentrics);
         coordinates = vec2f(at.x, 1.0 - at.y);
     }
-    let n = normalize_or(local, vec3f(0.0, 1.0, 0.0));
+    // Patterns stick to the surface: they are those of the first pose.
+    let first = weighted(mesh.vertices, vertices.xyz, met.barycentrics);
+    let n = normalize_or(first, vec3f(0.0, 1.0, 0.0));
     var albedo = material_albedo(KINDS[i], materials[i], n, is_given, coordinates);
     if mesh.materials != MESH_NONE {
         let at = mesh.materials + 2u * vertices.w;

@@ -18,37 +18,53 @@ const FOLDER: &str = "assets";
 pub struct Asset {
     /// Where.
     pub source: PathBuf,
-    /// SHA-256 of its bytes, in hexadecimal. With companions, that of the list of all names and hashes.
+    /// SHA-256 of its bytes, in hexadecimal. With companions, that of a list: its own hash, then names and
+    /// hashes of theirs.
     pub sha256: String,
+    /// What it has to be.
+    pub kind: Kind,
     /// Paths of the files it names, from its folder.
     companions: Vec<PathBuf>,
 }
 
+/// What a file is used for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// The light from all around.
+    LightMap,
+    /// A pattern of a surface.
+    Picture,
+    /// A mesh.
+    Model,
+}
+
 impl Asset {
-    /// Reads and hashes the file at `source` and its companions.
+    /// Reads and hashes the file at `source`, which is to be used as `kind`, and its companions.
     ///
     /// # Errors
     /// One of them cannot be read, or a companion lies neither beside the file nor below.
-    pub fn open(source: &Path) -> io::Result<Self> {
-        let mut companions = companions(source)?;
+    pub fn open(source: &Path, kind: Kind) -> io::Result<Self> {
+        let mut companions = if kind == Kind::Model { companions(source)? } else { vec![] };
         companions.sort();
         companions.dedup();
-        let apart = |path: &&PathBuf| !path.components().all(|c| matches!(c, Component::Normal(_)));
+        let below = |c: Component<'_>| matches!(c, Component::Normal(_) | Component::CurDir);
+        let apart = |path: &&PathBuf| !path.components().all(below);
         if let Some(path) = companions.iter().find(apart) {
             let what = format!("names {}, which is neither beside nor below it", path.display());
             return Err(named(source, &io::Error::other(what)));
         }
         let sha256 = hash(source, &companions)?;
-        Ok(Self { source: source.into(), sha256, companions })
+        Ok(Self { source: source.into(), sha256, kind, companions })
     }
 
-    /// Copies the file and its companions to the assets of the sequences in `out`, unless they are there.
+    /// Copies the file and its companions to the assets of the sequences in `out`, unless they are there and
+    /// whole.
     ///
     /// # Errors
     /// One of them cannot be read or written, or has changed since it was opened.
     pub fn keep(&self, out: &Path) -> io::Result<()> {
         let kept = path(out, &self.source, &self.sha256);
-        if kept.exists() {
+        if hash(&kept, &self.companions).is_ok_and(|found| found == self.sha256) {
             return Ok(());
         }
         if hash(&self.source, &self.companions)? != self.sha256 {
@@ -62,7 +78,7 @@ impl Asset {
             )
         });
         for (from, to) in copies.chain([(self.source.clone(), kept.clone())]) {
-            let bytes = std::fs::read(&from).map_err(|e| named(&from, &e))?;
+            let bytes = read(&from)?;
             create_folder(to.parent().unwrap_or(out))?;
             write_atomically(&to, &bytes)?;
         }
@@ -72,8 +88,7 @@ impl Asset {
 
 /// SHA-256 of the bytes of the file at `path`, in hexadecimal.
 pub(crate) fn sha256(path: &Path) -> io::Result<String> {
-    let bytes = std::fs::read(path).map_err(|e| named(path, &e))?;
-    Ok(hex(&Sha256::digest(bytes)))
+    Ok(hex(&Sha256::digest(read(path)?)))
 }
 
 /// Where the file called `name` with this hash is kept beside the sequences in `out`.
@@ -90,8 +105,8 @@ fn hash(source: &Path, companions: &[PathBuf]) -> io::Result<String> {
     let mut list = Sha256::new();
     list.update(&own);
     for companion in companions {
-        list.update(companion.as_os_str().as_encoded_bytes());
-        list.update(sha256(&source.with_file_name("").join(companion))?);
+        let hash = sha256(&source.with_file_name("").join(companion))?;
+        list.update(format!("\n{} {hash}", companion.display()));
     }
     Ok(hex(&list.finalize()))
 }
@@ -99,12 +114,13 @@ fn hash(source: &Path, companions: &[PathBuf]) -> io::Result<String> {
 /// The files that the model at `source` names: libraries of materials, buffers and pictures. Those that
 /// are not there are left to the reader of the model to miss.
 fn companions(source: &Path) -> io::Result<Vec<PathBuf>> {
-    let read = |path: &Path| std::fs::read(path).map_err(|e| named(path, &e));
     let folder = source.with_file_name("");
     let ending = source.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     match ending.as_str() {
         "obj" => {
-            let libraries = mentioned(&read(source)?, "mtllib", &folder, Path::new(""));
+            let mut libraries = mentioned(&read(source)?, "mtllib", &folder, Path::new(""));
+            libraries.sort();
+            libraries.dedup();
             let mut all = libraries.clone();
             for library in libraries {
                 let beside = library.parent().unwrap_or(Path::new(""));
@@ -112,9 +128,10 @@ fn companions(source: &Path) -> io::Result<Vec<PathBuf>> {
             }
             Ok(all)
         }
-        "gltf" => {
+        "gltf" | "glb" => {
+            let bytes = read(source)?;
             let document: serde_json::Value =
-                serde_json::from_slice(&read(source)?).unwrap_or_default();
+                serde_json::from_slice(json_chunk(&bytes)).unwrap_or_default();
             let uris = ["buffers", "images"]
                 .into_iter()
                 .flat_map(|list| document[list].as_array().into_iter().flatten())
@@ -126,6 +143,28 @@ fn companions(source: &Path) -> io::Result<Vec<PathBuf>> {
         _ => Ok(vec![]),
     }
 }
+
+/// The JSON of a glTF file: all of it, or the first chunk of a binary one, behind a header of 12 bytes, its
+/// length and its type.
+fn json_chunk(bytes: &[u8]) -> &[u8] {
+    let chunk = || {
+        let length = u32::from_le_bytes(bytes.get(12..16)?.try_into().ok()?);
+        bytes.get(20..)?.get(..length as usize)
+    };
+    if bytes.starts_with(b"glTF") { chunk().unwrap_or_default() } else { bytes }
+}
+
+/// The bytes of a regular file: a device may never end, and a pipe may never begin.
+fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let metadata = std::fs::metadata(path).map_err(|e| named(path, &e))?;
+    if !metadata.is_file() {
+        return Err(named(path, &io::Error::other("not a regular file")));
+    }
+    std::fs::read(path).map_err(|e| named(path, &e))
+}
+
+/// Longest line of a model that is looked at for names of files.
+const MAX_LINE: usize = 4096;
 
 /// The files below `folder` that lines of `text` name behind `key`: options may come first, and names may
 /// have spaces, so it is the longest ending of the line that is a file. Names count from `beside`.
@@ -141,7 +180,7 @@ fn mentioned(text: &[u8], key: &str, folder: &Path, beside: &Path) -> Vec<PathBu
             rest = rest.split_once(char::is_whitespace)?.1.trim_start();
         }
     };
-    text.lines().filter_map(name).collect()
+    text.lines().filter(|line| line.len() <= MAX_LINE).filter_map(name).collect()
 }
 
 /// Collects the files that a definition names.
@@ -156,26 +195,43 @@ pub(crate) struct Assets<'a> {
 }
 
 impl Assets<'_> {
-    /// Finds the file called `file`, which `field` names, and puts its name and hash in their places; a
+    /// Finds the file called `file`, which the table `field` names, and puts its name and hash in their places; a
     /// hash that is there must be right.
     pub fn find(
         &mut self,
         field: &str,
+        kind: Kind,
         file: &mut String,
         sha256: &mut String,
     ) -> Result<(), DefinitionError> {
         let source = self.folder.join(&*file);
-        let asset = Asset::open(&source).map_err(|error| {
-            DefinitionError::value(self.place, field, &*file, error.to_string())
-        })?;
+        let known = self.found.iter().find(|asset| asset.source == source && asset.kind == kind);
+        let is_new = known.is_none();
+        let asset = match known {
+            Some(asset) => asset.clone(),
+            None => Asset::open(&source, kind).map_err(|error| {
+                DefinitionError::value(
+                    self.place,
+                    format!("{field}.file"),
+                    &*file,
+                    error.to_string(),
+                )
+            })?,
+        };
         if !sha256.is_empty() && *sha256 != asset.sha256 {
             let allowed = format!("the file's SHA-256 is {}", asset.sha256);
-            let field = field.replace("file", "sha256");
-            return Err(DefinitionError::value(self.place, field, &*sha256, allowed));
+            return Err(DefinitionError::value(
+                self.place,
+                format!("{field}.sha256"),
+                &*sha256,
+                allowed,
+            ));
         }
         *file = source.file_name().unwrap_or_default().to_string_lossy().into_owned();
         sha256.clone_from(&asset.sha256);
-        self.found.push(asset);
+        if is_new {
+            self.found.push(asset);
+        }
         Ok(())
     }
 }
@@ -189,7 +245,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let source = folder.path().join("sky.hdr");
         std::fs::write(&source, "abc").unwrap();
-        let asset = Asset::open(&source).unwrap();
+        let asset = Asset::open(&source, Kind::LightMap).unwrap();
         // The hash of "abc" in FIPS 180-2.
         assert!(asset.sha256.starts_with("ba7816bf8f01cfea414140de5dae2223"));
         asset.keep(folder.path()).unwrap();
@@ -197,7 +253,7 @@ mod tests {
         assert_eq!(std::fs::read(&kept).unwrap(), b"abc");
         std::fs::write(&source, "abd").unwrap();
         asset.keep(folder.path()).unwrap();
-        std::fs::remove_file(&kept).unwrap();
+        std::fs::write(&kept, "damaged").unwrap();
         let error = asset.keep(folder.path()).unwrap_err().to_string();
         assert!(error.contains("sky.hdr: has changed meanwhile"), "{error}");
     }
@@ -210,29 +266,30 @@ mod tests {
             std::fs::create_dir_all(path.parent().unwrap()).unwrap();
             std::fs::write(path, text).unwrap();
         };
-        write("in/cow.obj", "mtllib mtl/cow.mtl\nmtllib missing.mtl\nv 0 0 0\n");
+        write("in/cow.obj", "mtllib ./mtl/cow.mtl\nmtllib missing.mtl\nv 0 0 0\n");
         write("in/mtl/cow.mtl", "newmtl a\nmap_Kd -s 1 1 1 maps/the cow.png\n");
         write("in/mtl/maps/the cow.png", "picture");
         let source = folder.path().join("in/cow.obj");
-        let asset = Asset::open(&source).unwrap();
+        let open = |path: &Path| Asset::open(path, Kind::Model);
+        let asset = open(&source).unwrap();
         let out = folder.path().join("out");
         asset.keep(&out).unwrap();
         let kept = path(&out, &source, &asset.sha256);
-        assert_eq!(Asset::open(&kept).unwrap().sha256, asset.sha256);
+        assert_eq!(open(&kept).unwrap().sha256, asset.sha256);
         assert!(kept.with_file_name("mtl").join("maps/the cow.png").exists());
         write("in/mtl/maps/the cow.png", "another");
-        assert_ne!(Asset::open(&source).unwrap().sha256, asset.sha256);
+        assert_ne!(open(&source).unwrap().sha256, asset.sha256);
 
         let gltf = |uri: &str| {
             format!(r#"{{"buffers": [{{"uri": "{uri}"}}], "images": [{{"uri": "data:,"}}]}}"#)
         };
         write("in/a.gltf", &gltf("a%20b.bin"));
         write("in/a b.bin", "numbers");
-        let asset = Asset::open(&folder.path().join("in/a.gltf")).unwrap();
+        let asset = open(&folder.path().join("in/a.gltf")).unwrap();
         assert_eq!(asset.companions, [PathBuf::from("a b.bin")]);
 
         write("in/b.gltf", &gltf("../in/a%20b.bin"));
-        let error = Asset::open(&folder.path().join("in/b.gltf")).unwrap_err().to_string();
+        let error = open(&folder.path().join("in/b.gltf")).unwrap_err().to_string();
         assert!(error.contains("b.gltf: names ../in/a b.bin, which is neither"), "{error}");
     }
 }

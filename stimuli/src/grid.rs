@@ -3,7 +3,10 @@
 use crate::assets::{Asset, Assets};
 use crate::scene::{Material, Scene};
 use crate::stereo::{Layout, Stereo};
-use crate::stimulus::{ImageFormat, Method, Sampler, ShutterProfile, Stimulus, Trajectory};
+use crate::stimulus::{
+    ImageFormat, MAX_FRAMES, MAX_SAMPLES, MAX_SIDE_PX, Method, Sampler, ShutterProfile, Stimulus,
+    Trajectory,
+};
 use crate::viewing::{Display, Viewing};
 use indexmap::{IndexMap, IndexSet};
 use serde::{Deserialize, Serialize};
@@ -144,14 +147,14 @@ impl Grid {
         }
         let ImageFormat { width_px, height_px, fps, frames, exposure_stops, .. } = self.image;
         for (field, size) in [("image.width_px", width_px), ("image.height_px", height_px)] {
-            if !(1..=16384).contains(&size) {
+            if !(1..=MAX_SIDE_PX).contains(&size) {
                 return refuse(field, &size, "1 to 16384 pixels are allowed");
             }
         }
         if !(1.0..=1000.0).contains(&fps) {
             return refuse("image.fps", &fps, "1 to 1000 frames per second are allowed");
         }
-        if !(1..=9999).contains(&frames) {
+        if !(1..=MAX_FRAMES).contains(&frames) {
             return refuse("image.frames", &frames, "1 to 9999 frames are allowed");
         }
         if !(-30.0..=30.0).contains(&exposure_stops) {
@@ -278,7 +281,7 @@ impl Grid {
             }
         }
         for (level, samples) in &self.axes.samples {
-            if !(1..=1 << 20).contains(samples) {
+            if !(1..=MAX_SAMPLES).contains(samples) {
                 return refuse(
                     format!("axes.samples.{level}"),
                     samples.to_string(),

@@ -133,6 +133,10 @@ impl Sequence {
                 manifest.schema
             )));
         }
+        // Who wrote it may have been another program: what follows relies on its values.
+        if let Err(error) = manifest.stimulus.check_resolved(&file.display().to_string()) {
+            return Err(invalid(format!("stimulus: {error}")));
+        }
         let expected = Manifest::hash(&manifest.stimulus, &manifest.frames);
         if manifest.sha256 != expected {
             return Err(invalid(format!(

@@ -8,7 +8,7 @@ pub use camera::{Camera, CameraMotion};
 pub use material::{Coat, Material};
 pub use object::{Deformation, Motion, Object, Orientation, Rotation, Shape};
 
-use crate::assets::{Asset, Assets};
+use crate::assets::{Asset, Assets, Kind};
 use serde::{Deserialize, Serialize};
 use shutterlab_data_schema::definition::{self, DefinitionError};
 use std::path::Path;
@@ -112,7 +112,7 @@ impl Scene {
         let folder = file.parent().unwrap_or(folder).into();
         let mut assets = Assets { place: &place, folder, found: vec![] };
         if let Environment::Map(map) = &mut scene.environment {
-            assets.find("environment.map.file", &mut map.file, &mut map.sha256)?;
+            assets.find("environment.map", Kind::LightMap, &mut map.file, &mut map.sha256)?;
         }
         for (k, object) in scene.objects.iter_mut().enumerate() {
             object.find_files(&object_field(k), &mut assets)?;
@@ -127,7 +127,7 @@ impl Scene {
     }
 
     /// Refuses values that make no picture; `file` is what an error calls the scene.
-    fn check(&self, file: &str) -> Result<(), DefinitionError> {
+    pub(crate) fn check(&self, file: &str) -> Result<(), DefinitionError> {
         definition::check_schema(self.schema, file)?;
         let refuse = |field: &str, value: String, allowed: &str| {
             Err(DefinitionError::value(file, field, value, allowed))
@@ -152,13 +152,13 @@ impl Scene {
                     ("direction", direction, irradiance)
                 }
             };
-            check_point(&format!("lights[{k}].{field}"), *place, file)?;
-            if field == "direction" && *place == [0.0; 3] {
-                let field = format!("lights[{k}].direction");
-                return refuse(&field, format!("{place:?}"), "a vector with a length is needed");
+            let field = format!("lights[{k}].{field}");
+            match light {
+                Light::Point { .. } => check_point(&field, *place, file)?,
+                Light::Directional { .. } => check_vector(&field, *place, file)?,
             }
             if !color.iter().all(|channel| (0.0..=1e9).contains(channel)) {
-                let allowed = "colours from 0 to 1e9 are allowed";
+                let allowed = "intensities and irradiances from 0 to 1e9 are allowed";
                 return refuse(&format!("lights[{k}]"), format!("{color:?}"), allowed);
             }
         }
@@ -191,6 +191,23 @@ impl Scene {
 /// What errors call the object of number `k`.
 fn object_field(k: usize) -> String {
     format!("objects[{k}]")
+}
+
+/// Refuses a vector without a direction.
+fn check_vector(field: &str, vector: [f64; 3], file: &str) -> Result<(), DefinitionError> {
+    let largest = vector.iter().fold(0.0, |largest: f64, c| largest.max(c.abs()));
+    if (1e-6..=1e6).contains(&largest) && vector.iter().all(|c| c.is_finite()) {
+        return Ok(());
+    }
+    let allowed = "a vector whose largest component is 0.000001 to 1000000 is needed";
+    Err(DefinitionError::value(file, field, format!("{vector:?}"), allowed))
+}
+
+/// Refuses a speed that no motion can have.
+fn check_speed(field: &str, speed: Option<f64>, file: &str) -> Result<(), DefinitionError> {
+    let Some(speed) = speed.filter(|speed| !(0.0..=1e6).contains(speed)) else { return Ok(()) };
+    let allowed = "0 to 1000000 metres per second are allowed";
+    Err(DefinitionError::value(file, field, speed, allowed))
 }
 
 /// Refuses a place or vector that single precision would not hold well.

@@ -1,13 +1,23 @@
 //! A stimulus: one cell of a grid, with every parameter that its pixels depend on.
 
+use crate::assets::Kind;
 use crate::frames::{EncodedImage, LinearImage, Transfer};
 use crate::scene::object::dot;
-use crate::scene::{Camera, Material, Motion, Object, Scene, Shape};
+use crate::scene::{Camera, Environment, LightMap, Material, Motion, Object, Scene, Shape};
 use crate::stereo::{Convergence, EyeNoise, Stereo};
 use crate::viewing::Viewing;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use shutterlab_data_schema::definition::DefinitionError;
+
+/// Longest side of an image.
+pub const MAX_SIDE_PX: u32 = 16384;
+
+/// Most frames of a sequence.
+pub const MAX_FRAMES: u32 = 9999;
+
+/// Most camera paths per pixel.
+pub const MAX_SAMPLES: u32 = 1 << 20;
 
 /// One cell of a grid, resolved: the same stimulus gives the same image on any renderer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -179,7 +189,7 @@ impl Stimulus {
     /// Where `object` is during frame `frame`.
     ///
     /// At time t it has covered v·(t − half the sequence's length). With `wrap` the period is 2·(half the
-    /// view's width + the object's radius + v/fps), and whole periods are taken off per frame, so that
+    /// view's width + how far aside its path's middle is + the object's radius + v/fps), and whole periods are taken off per frame, so that
     /// no shutter interval contains the jump; angle and pose follow the unwrapped distance. The
     /// shadow may reach into the view from an object that is outside: it comes in with the jump.
     pub fn path(&self, object: &Object, frame: u32) -> ObjectPath {
@@ -235,11 +245,28 @@ impl Stimulus {
 
     /// Refuses what the scene and the grid do not allow together; `grid` is the grid's name.
     pub(crate) fn check(&self, grid: &str) -> Result<(), DefinitionError> {
+        if self.scene.camera.motion.is_some() {
+            for frame in 0..self.image.frames {
+                let distance = self.camera_at(frame).0.focus_distance_m();
+                if distance < 1e-3 {
+                    let allowed =
+                        "in no frame may it come nearer than 0.001 m to the point it looks at";
+                    let value = format!("{distance} m away in frame {frame}");
+                    return Err(DefinitionError::value(
+                        grid,
+                        "scene: camera.motion",
+                        value,
+                        allowed,
+                    ));
+                }
+            }
+        }
         for object in &self.scene.objects {
             let is_mesh = matches!(object.shape, Shape::Mesh { .. });
             if matches!(self.material_of(object), Material::Model { .. }) && !is_mesh {
+                let field = format!("axes.material.{}", self.levels["material"]);
                 let allowed = format!("only a mesh has a model's file, {} is none", object.name);
-                return Err(DefinitionError::value(grid, "materials", "model", allowed));
+                return Err(DefinitionError::value(grid, field, "model", allowed));
             }
             let trajectory = self.trajectory_of(object);
             if trajectory == Trajectory::Once {
@@ -254,7 +281,7 @@ impl Stimulus {
             if camera.motion.is_some() {
                 return refuse("with a camera that moves once is allowed".into());
             }
-            if dot(object.direction().unwrap_or_default(), camera.right()).abs() < 0.999 {
+            if dot(object.direction().unwrap_or_default(), camera.right()).abs() < 1.0 - 1e-6 {
                 return refuse(format!(
                     "{name} does not move straight across the view: once is allowed"
                 ));
@@ -265,13 +292,69 @@ impl Stimulus {
             if camera.ahead_and_aside_m(object.position_m)[0] <= radius {
                 return refuse(format!("{name} is not in front of the camera: once is allowed"));
             }
-            if trajectory == Trajectory::Bounce && self.reach_m(object)[0] <= 0.0 {
+            if object.motion.as_ref().is_some_and(|motion| motion.deformation.is_some()) {
+                return refuse(format!(
+                    "{name} changes its shape, so its radius is not known: once is allowed"
+                ));
+            }
+            // Within one frame it turns back once at most.
+            let travel = self.path(object, 0).travel_m;
+            if trajectory == Trajectory::Bounce && 2.0 * self.reach_m(object)[0] <= travel {
                 return refuse(format!(
                     "{name}, of radius {radius} m, has no room to move in the view: once or wrap is allowed"
                 ));
             }
         }
         Ok(())
+    }
+
+    /// Refuses what no grid resolves to; `file` is the manifest that it stands in.
+    pub(crate) fn check_resolved(&self, file: &str) -> Result<(), DefinitionError> {
+        let refuse = |field: &str, value: String, allowed: &str| {
+            Err(DefinitionError::value(file, field, value, allowed))
+        };
+        let ImageFormat { width_px, height_px, frames, .. } = self.image;
+        for (field, value, most) in [
+            ("image.width_px", width_px, MAX_SIDE_PX),
+            ("image.height_px", height_px, MAX_SIDE_PX),
+            ("image.frames", frames, MAX_FRAMES),
+            ("samples", self.samples, MAX_SAMPLES),
+        ] {
+            if !(1..=most).contains(&value) {
+                return refuse(field, value.to_string(), &format!("1 to {most} are allowed"));
+            }
+        }
+        for (file, sha256, _) in self.files() {
+            if sha256.len() != 64 || !sha256.bytes().all(|b| b.is_ascii_hexdigit()) {
+                return refuse(file, sha256.into(), "a SHA-256 has 64 hexadecimal digits");
+            }
+        }
+        self.scene.check(file)?;
+        self.material.check("material", file)?;
+        self.check(file)
+    }
+
+    /// Name, hash and use of each file that it is made with.
+    pub fn files(&self) -> Vec<(&str, &str, Kind)> {
+        let mut files: Vec<(&str, &str, Kind)> = vec![];
+        if let Environment::Map(LightMap { file, sha256 }) = &self.scene.environment {
+            files.push((file, sha256, Kind::LightMap));
+        }
+        for object in &self.scene.objects {
+            if let Material::Image { file, sha256, .. } = self.material_of(object) {
+                files.push((file, sha256, Kind::Picture));
+            }
+            if let Shape::Mesh { file, sha256, .. } = &object.shape {
+                files.push((file, sha256, Kind::Model));
+            }
+            let motion = object.motion.as_ref();
+            if let Some(second) = motion.and_then(|motion| motion.deformation.as_ref()) {
+                files.push((&second.file, &second.sha256, Kind::Model));
+            }
+        }
+        files.sort_by_key(|(_, sha256, _)| *sha256);
+        files.dedup();
+        files
     }
 
     /// What the eyes see of frame `frame`: one view, or left and right.

@@ -1,8 +1,10 @@
 //! Whether a sequence is what its manifest says: its files' hashes, and one frame rendered anew.
 
+use crate::assets::{self, Asset, Kind};
 use crate::frames::EncodedImage;
 use crate::generate::{Render, RenderError};
 use crate::manifest::{Frame, Sequence, SequenceError};
+use std::path::Path;
 
 /// How a frame that was rendered anew compares with the one in its folder.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +73,7 @@ pub fn verify(
         }
     }
     faults.extend(sequence.faults_beside().into_iter().map(VerifyError::from));
+    faults.extend(asset_faults(sequence).into_iter().map(VerifyError::from));
     if sequence.manifest.frames.is_empty() {
         let file = sequence.folder.join(crate::manifest::FILE_NAME);
         let what = "frames: none: one is needed".into();
@@ -86,6 +89,23 @@ pub fn verify(
         Err(fault) => faults.push(fault),
     }
     Err(faults)
+}
+
+/// The files that the sequence was made with, where they are not what its manifest says.
+fn asset_faults(sequence: &Sequence) -> Vec<SequenceError> {
+    let out = sequence.folder.parent().unwrap_or(Path::new(""));
+    let fault = |(name, sha256, kind): (&str, &str, Kind)| {
+        let file = assets::path(out, Path::new(name), sha256);
+        match Asset::open(&file, kind) {
+            Ok(found) if found.sha256 == sha256 => None,
+            Ok(found) => {
+                let what = format!("it hashes to {}: the manifest says {sha256}", found.sha256);
+                Some(SequenceError::Invalid { file, what })
+            }
+            Err(error) => Some(error.into()),
+        }
+    };
+    sequence.manifest.stimulus.files().into_iter().filter_map(fault).collect()
 }
 
 fn render_anew(

@@ -53,7 +53,7 @@ const MAX_UNROLLED: usize = 4;
 const WORKGROUP: u32 = 8;
 
 /// Paths per dispatch: enough that starting one costs little, few enough that a slow adapter stays
-/// far from its driver's time-out of about two seconds.
+/// far from its driver's time-out of about two seconds. With meshes an eighth of it.
 const PATHS_PER_DISPATCH: u32 = 1 << 24;
 
 /// Samples per dispatch at most.
@@ -234,7 +234,7 @@ impl EnvironmentBuffers {
 
 /// A world on the device.
 #[derive(Debug)]
-pub struct WorldBuffers([wgpu::Buffer; 4]);
+pub struct WorldBuffers([wgpu::Buffer; 3]);
 
 impl WorldBuffers {
     /// Uploads `world`.
@@ -243,6 +243,10 @@ impl WorldBuffers {
     /// Its meshes or pictures are larger than the adapter can bind.
     pub fn new(gpu: &Gpu, world: &World) -> Result<Self, GpuError> {
         let mut geometry = Geometry::default();
+        // The least of adapters bind four storage buffers, so pictures and meshes share one.
+        let texels = world.pictures.texels.chunks(4);
+        let words = texels.map(|four| std::array::from_fn(|k| four.get(k).copied().unwrap_or(0)));
+        geometry.append(&words.collect::<Vec<_>>());
         let range = |of: &SceneMesh| {
             let mut range = geometry.push(&of.mesh, &of.bvh, &of.face_materials);
             if !of.materials.is_empty() {
@@ -254,12 +258,6 @@ impl WorldBuffers {
         Ok(Self([
             buffers::holding(gpu, "lights", BufferUsages::UNIFORM, &or_one(&world.lights))?,
             buffers::holding(gpu, "meshes", BufferUsages::UNIFORM, &or_one(&ranges))?,
-            buffers::holding(
-                gpu,
-                "pictures",
-                BufferUsages::STORAGE,
-                &or_one(&world.pictures.texels),
-            )?,
             buffers::holding(gpu, "geometry", BufferUsages::STORAGE, &or_one(&geometry.words))?,
         ]))
     }
@@ -311,7 +309,9 @@ impl Tracer {
             layout: &pipeline.get_bind_group_layout(0),
             entries: &entries,
         });
-        let most = (PATHS_PER_DISPATCH / (width * height)).clamp(1, SAMPLES_PER_DISPATCH);
+        let paths =
+            if world.meshes.is_empty() { PATHS_PER_DISPATCH } else { PATHS_PER_DISPATCH / 8 };
+        let most = (paths / (width * height)).clamp(1, SAMPLES_PER_DISPATCH);
         let mut drawn = 0;
         let mut films = Vec::new();
         for &count in samples {

@@ -23,13 +23,13 @@ const MAX_HITS: u32 = 5u;
 @group(0) @binding(3) var<uniform> bsdf_params: array<Bsdf, OBJECTS>;
 @group(0) @binding(4) var<uniform> lights: array<Light, max(LIGHTS, 1u)>;
 @group(0) @binding(5) var<uniform> mesh_params: array<MeshRange, max(MESHES, 1u)>;
-@group(0) @binding(6) var<storage, read> pictures: array<u32>;
-@group(0) @binding(7) var<storage, read> geometry: array<vec4u>;
-@group(0) @binding(8) var<uniform> environment_params: Environment;
-@group(0) @binding(9) var<storage, read> environment_texels: array<u32>;
-@group(0) @binding(10) var<storage, read> environment_parts: array<vec4f>;
+// Pictures, then meshes.
+@group(0) @binding(6) var<storage, read> geometry: array<vec4u>;
+@group(0) @binding(7) var<uniform> environment_params: Environment;
+@group(0) @binding(8) var<storage, read> environment_texels: array<u32>;
+@group(0) @binding(9) var<storage, read> environment_parts: array<vec4f>;
 // Per pixel: Σ radiance, and Σ luminance².
-@group(0) @binding(11) var<storage, read_write> sums: array<vec4f>;
+@group(0) @binding(10) var<storage, read_write> sums: array<vec4f>;
 
 // Copies, read once per invocation: the software adapter would gather each use of a uniform buffer lane
 // by lane, anew for every sample.

@@ -13,6 +13,7 @@ pub mod ply;
 
 use crate::mesh::{Mesh, MeshError};
 use glam::Vec3;
+use shutterlab_stimuli::assets::{Asset, Kind};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -126,16 +127,19 @@ pub fn model(path: &Path) -> Result<Model, ImportError> {
     Ok(model)
 }
 
-/// Refuses a file that a scene cannot use, be it a model, a light map or a picture.
+/// Refuses a file that a scene cannot use as what it is to be, with all that it names.
 ///
 /// # Errors
 /// As [`model`], [`image::light_map`] and [`image::texture`].
-pub fn check(path: &Path) -> Result<(), ImportError> {
-    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    match ending.as_str() {
-        "ply" | "obj" | "gltf" | "glb" => model(path).map(drop),
-        "hdr" | "exr" => image::light_map(path).map(drop),
-        _ => image::texture(&Texture::File(path.into())).map(drop),
+pub fn check(asset: &Asset) -> Result<(), ImportError> {
+    match asset.kind {
+        Kind::LightMap => image::light_map(&asset.source).map(drop),
+        Kind::Picture => image::texture(&Texture::File(asset.source.clone())).map(drop),
+        Kind::Model => model(&asset.source)?
+            .materials
+            .iter()
+            .filter_map(|material| material.texture.as_ref())
+            .try_for_each(|texture| image::texture(texture).map(drop)),
     }
 }
 

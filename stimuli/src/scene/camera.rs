@@ -58,17 +58,7 @@ impl Camera {
             return Err(DefinitionError::value(file, "camera.position_m", value, allowed));
         }
         let Some(motion) = self.motion else { return Ok(()) };
-        if let Some(speed) = motion.speed_m_per_s
-            && !(0.0..=1e6).contains(&speed)
-        {
-            let allowed = "0 to 1000000 metres per second are allowed";
-            return Err(DefinitionError::value(
-                file,
-                "camera.motion.speed_m_per_s",
-                speed,
-                allowed,
-            ));
-        }
+        super::check_speed("camera.motion.speed_m_per_s", motion.speed_m_per_s, file)?;
         super::check_point("camera.motion.position", motion.position, file)?;
         super::check_point("camera.motion.look_at", motion.look_at, file)
     }

@@ -1,6 +1,6 @@
 //! Descriptions of surfaces: a pattern of albedo, and a coat if there is one.
 
-use crate::assets::Assets;
+use crate::assets::{Assets, Kind};
 use serde::{Deserialize, Serialize};
 use shutterlab_data_schema::definition::DefinitionError;
 
@@ -109,7 +109,7 @@ impl Material {
         assets: &mut Assets<'_>,
     ) -> Result<(), DefinitionError> {
         match self {
-            Self::Image { file, sha256, .. } => assets.find(&format!("{field}.file"), file, sha256),
+            Self::Image { file, sha256, .. } => assets.find(field, Kind::Picture, file, sha256),
             _ => Ok(()),
         }
     }

@@ -1,7 +1,7 @@
 //! Descriptions of things in a scene: their shape, place and motion.
 
 use super::Material;
-use crate::assets::Assets;
+use crate::assets::{Assets, Kind};
 use serde::{Deserialize, Serialize};
 use shutterlab_data_schema::definition::DefinitionError;
 
@@ -101,7 +101,7 @@ pub struct Rotation {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Deformation {
-    /// A model with as many vertices in the same order, as [`Shape::Mesh`] has it.
+    /// A model with the same faces, vertex for vertex, as [`Shape::Mesh`] has it.
     pub file: String,
     /// As [`Shape::Mesh`] has it.
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -133,12 +133,13 @@ impl Object {
         assets: &mut Assets<'_>,
     ) -> Result<(), DefinitionError> {
         if let Shape::Mesh { file, sha256, .. } = &mut self.shape {
-            assets.find(&format!("{field}.shape.file"), file, sha256)?;
+            assets.find(&format!("{field}.shape"), Kind::Model, file, sha256)?;
         }
         if let Some(Motion { deformation: Some(Deformation { file, sha256, .. }), .. }) =
             &mut self.motion
         {
-            assets.find(&format!("{field}.motion.deformation.file"), file, sha256)?;
+            let field = format!("{field}.motion.deformation");
+            assets.find(&field, Kind::Model, file, sha256)?;
         }
         match &mut self.material {
             Some(material) => material.find_files(&format!("{field}.material"), assets),
@@ -157,12 +158,7 @@ impl Object {
             }
             refuse(key, value.to_string(), &format!("{low} to {high} m are allowed"))
         };
-        let axis = |key: &str, value: [f64; 3]| {
-            if value.iter().all(|c| c.abs() <= 1e6) && value.iter().any(|c| c.abs() >= 1e-6) {
-                return Ok(());
-            }
-            refuse(key, format!("{value:?}"), "a vector with a length is needed")
-        };
+        let axis = |key: &str, value| super::check_vector(&format!("{field}.{key}"), value, file);
         if self.name.is_empty() {
             return refuse("name", "\"\"".into(), "a name is needed");
         }
@@ -189,12 +185,7 @@ impl Object {
             }
         }
         let Some(motion) = &self.motion else { return Ok(()) };
-        if let Some(speed) = motion.speed_m_per_s
-            && !(0.0..=1e6).contains(&speed)
-        {
-            let allowed = "0 to 1000000 metres per second are allowed";
-            return refuse("motion.speed_m_per_s", speed.to_string(), allowed);
-        }
+        super::check_speed(&format!("{field}.motion.speed_m_per_s"), motion.speed_m_per_s, file)?;
         if let Some(direction) = motion.translation {
             axis("motion.translation", direction)?;
         }

@@ -13,6 +13,7 @@ use shutterlab_stimuli::scene::{self, BuiltIn, Material};
 use shutterlab_stimuli::stereo::{Convergence, EyeNoise, Layout, Stereo};
 use shutterlab_stimuli::stimulus::{Sampler, ShutterProfile, View};
 use shutterlab_stimuli::{Grid, LinearImage, Selection, Stimulus};
+use std::path::Path;
 
 const WIDTH: u32 = 96;
 const HEIGHT: u32 = 54;
@@ -54,11 +55,11 @@ struct Set {
 
 /// Frame number `frame` as the (left) eye sees it.
 fn set(stimulus: &Stimulus, frame: u32) -> Set {
-    set_of_view(stimulus, &stimulus.views(frame)[0], frame)
+    set_of_view(stimulus, &stimulus.views(frame)[0], frame, Path::new(""))
 }
 
-fn set_of_view(stimulus: &Stimulus, view: &View, frame: u32) -> Set {
-    let assets = std::path::Path::new("");
+/// With files from `assets`.
+fn set_of_view(stimulus: &Stimulus, view: &View, frame: u32, assets: &Path) -> Set {
     let world = World::load(stimulus, assets).unwrap();
     Set {
         frame: Frame::new(stimulus, &world, view, frame),
@@ -163,7 +164,7 @@ fn the_twins_agree() {
     let mut devices = devices();
     for stimulus in cases {
         for view in stimulus.views(63) {
-            let set = set_of_view(&stimulus, &view, 63);
+            let set = set_of_view(&stimulus, &view, 63, Path::new(""));
             let mut images =
                 devices.iter_mut().map(|(_, trace)| film(trace(&set, &[stimulus.samples])).image());
             let truth = images.next().unwrap();

@@ -1,15 +1,13 @@
-//! Scenes of many kinds: that each part does what physics or geometry says, on either device.
+//! Scenes of many kinds: that each part does what physics or geometry says. The twins agree on them.
 
 use super::{
     HEIGHT, Set, WIDTH, checker, constant, devices, film, mean_of, on_all, set_of_view, stimulus,
     z_scores,
 };
 use crate::film::{Film, measure};
-use crate::pipelines::distribution_ray_tracing::{Frame, reference};
-use crate::scene::environment::Environment;
-use crate::scene::world::World;
-use glam::Vec3;
-use shutterlab_stimuli::assets::Asset;
+use crate::pipelines::distribution_ray_tracing::reference;
+use glam::{DQuat, DVec3, Vec3};
+use shutterlab_stimuli::assets::{Asset, Kind};
 use shutterlab_stimuli::scene::{
     CameraMotion, Coat, Deformation, Light, Material, Motion, Object, Orientation, Rotation, Shape,
 };
@@ -29,27 +27,19 @@ impl Assets {
     fn keep(&self, name: &str, bytes: &[u8]) -> (String, String) {
         let source = self.0.path().join(name);
         std::fs::write(&source, bytes).unwrap();
-        let asset = Asset::open(&source).unwrap();
+        let kind = if name.ends_with(".png") { Kind::Picture } else { Kind::Model };
+        let asset = Asset::open(&source, kind).unwrap();
         asset.keep(self.0.path()).unwrap();
         (name.into(), asset.sha256)
     }
 
     fn set(&self, stimulus: &Stimulus, frame: u32) -> Set {
-        set_in(stimulus, frame, self.0.path())
+        set_of_view(stimulus, &stimulus.views(frame)[0], frame, self.0.path())
     }
 
     fn on_cpu(&self, stimulus: &Stimulus, frame: u32) -> Film {
         let Set { frame, world, environment } = self.set(stimulus, frame);
         film(reference::trace(&frame, &world, &environment, &[stimulus.samples]))
-    }
-}
-
-fn set_in(stimulus: &Stimulus, frame: u32, assets: &Path) -> Set {
-    let world = World::load(stimulus, assets).unwrap();
-    Set {
-        frame: Frame::new(stimulus, &world, &stimulus.views(frame)[0], frame),
-        environment: Environment::load(&stimulus.scene.environment, assets).unwrap(),
-        world,
     }
 }
 
@@ -124,6 +114,15 @@ fn the_twins_agree_on_a_scene_of_all_kinds() {
     let (second_file, second_sha256) =
         assets.keep("second.obj", ball(12, true, |n| n * Vec3::new(0.6, 1.0, 0.8)).as_bytes());
     let smooth = assets.keep("smooth.obj", ball(16, true, |n| n).as_bytes());
+    std::fs::write(assets.0.path().join("picture.png"), &picture).unwrap();
+    std::fs::write(
+        assets.0.path().join("own.mtl"),
+        "newmtl plain\nKd 0.7 0.2 0.1\nnewmtl shown\nmap_Kd picture.png\n",
+    )
+    .unwrap();
+    let coloured = ball(10, true, |n| n).replacen("f ", "usemtl shown\nf ", 150);
+    let coloured = format!("mtllib own.mtl\nusemtl plain\n{coloured}usemtl plain\n");
+    let own = assets.keep("own.obj", coloured.as_bytes());
     let image = |coat| Material::Image { file: file.clone(), sha256: sha256.clone(), coat };
     let metal = Some(Coat::Metal { roughness: 0.3 });
     let varnish = Some(Coat::Dielectric { roughness: 0.25, ior: 1.5 });
@@ -176,11 +175,14 @@ fn the_twins_agree_on_a_scene_of_all_kinds() {
             orientation: Some(Orientation { axis: [0.0, 0.0, 1.0], angle_deg: 30.0 }),
             ..object(mesh(smooth, Some(0.15)), image(varnish))
         },
+        Object {
+            position_m: [-0.3, 0.2, 0.5],
+            motion: Some(turning),
+            ..object(mesh(own, Some(0.15)), Material::Model { coat: metal })
+        },
     ]);
-    let few = Stimulus {
-        scene: scene::Scene { objects: all.scene.objects[1..4].to_vec(), ..all.scene.clone() },
-        ..all.clone()
-    };
+    let objects = [1, 2, 4, 6].map(|k| all.scene.objects[k].clone()).to_vec();
+    let few = Stimulus { scene: scene::Scene { objects, ..all.scene.clone() }, ..all.clone() };
     // Loops over many objects, and the same written out for few.
     for stimulus in [all, few] {
         let set = assets.set(&stimulus, 63);
@@ -243,7 +245,7 @@ fn patterns_turn_with_meshes_as_with_spheres() {
     assert!((mean_square - 1.0).abs() < 0.1, "{mean_square}");
 }
 
-/// White meshes in white light are invisible, from outside and, camera and all, from inside.
+/// White meshes in white light are invisible; and the inside of a closed one is dark.
 #[test]
 fn a_white_furnace_of_meshes() {
     let assets = Assets::new();
@@ -261,7 +263,7 @@ fn a_white_furnace_of_meshes() {
     furnace.scene.camera.position_m = [0.0, 0.1, 0.02];
     let inside = assets.on_cpu(&furnace, 60);
     assert!(inside.sums.iter().all(|sum| sum.is_finite()));
-    // The inside of a closed ball is dark: no path of five hits finds a way out.
+    // No path finds a way out.
     assert_eq!(mean(&inside), 0.0);
 }
 
@@ -340,7 +342,12 @@ fn a_moving_camera_sees_the_world_move_the_other_way() {
     }
 }
 
-/// What has turned by an angle is what lies at that angle.
+fn oriented(rotation: DQuat) -> Orientation {
+    let (axis, angle) = rotation.to_axis_angle();
+    Orientation { axis: axis.to_array(), angle_deg: angle.to_degrees() }
+}
+
+/// What lay at one angle and has turned about another axis lies as both rotations one after the other have it.
 #[test]
 fn rotation_ends_where_orientation_begins() {
     let assets = Assets::new();
@@ -353,15 +360,17 @@ fn rotation_ends_where_orientation_begins() {
             Object { position_m: [0.0, 0.4, 0.0], ..object(shape, constant(0.5)) };
         turned.scene.objects[0].material = None;
         let mut turning = turned.clone();
-        let axis = [0.3, 0.2, 1.0];
-        // One radian per 0.1 m, and the frames after the middle one are 0.05 m apart.
+        let axis = [0.3, 0.2, -1.0];
+        // It lies otherwise to begin with; then one radian per 0.1 m, and the frames after the middle one are 0.05 m apart.
         turning.scene.objects[0].motion = Some(Motion {
             speed_m_per_s: Some(0.05 * turned.image.fps),
             rotation: Some(Rotation { axis, radius_m: 0.1 }),
             ..STILL
         });
-        turned.scene.objects[0].orientation =
-            Some(Orientation { axis, angle_deg: 1.5_f64.to_degrees() });
+        let before = DQuat::from_axis_angle(DVec3::X, 0.7);
+        turning.scene.objects[0].orientation = Some(oriented(before));
+        let after = DQuat::from_axis_angle(DVec3::from(axis).normalize(), 1.5) * before;
+        turned.scene.objects[0].orientation = Some(oriented(after));
         let noise = Stimulus { samples: 16, ..turning.clone() };
         let turning = assets.on_cpu(&noise, 63).image();
         // The same noise: that of frame 63.
@@ -441,6 +450,7 @@ fn both_eyes_move_with_the_camera() {
     let apart = right.camera.position_m[0] - left.camera.position_m[0];
     assert!((apart - 0.065).abs() < 1e-12);
     assert!((0.5 * (left.camera.position_m[0] + right.camera.position_m[0]) - 0.3).abs() < 1e-12);
-    let eyes = [left, right].map(|view| set_of_view(&stereo, &view, 63).frame.params.camera);
+    let eyes = [left, right]
+        .map(|view| set_of_view(&stereo, &view, 63, Path::new("")).frame.params.camera);
     assert!(eyes.iter().all(|camera| camera.moves == 1 && (camera.travel.x - 0.1).abs() < 1e-6));
 }

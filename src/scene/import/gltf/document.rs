@@ -266,22 +266,8 @@ impl<'a> File<'a> {
         if uri.contains("://") {
             return Err(ImportError::value(self.name, "uri", uri, "names of files are known"));
         }
-        let mut parts = uri.split('%');
-        let mut name = parts.next().unwrap_or_default().as_bytes().to_vec();
-        for part in parts {
-            let (code, behind) = part.split_at_checked(2).unwrap_or_default();
-            let Ok(byte) = u8::from_str_radix(code, 16) else {
-                return Err(ImportError::value(
-                    self.name,
-                    "uri",
-                    uri,
-                    "% begins a code such as %20",
-                ));
-            };
-            name.push(byte);
-            name.extend(behind.bytes());
-        }
-        Ok(self.folder.join(String::from_utf8_lossy(&name).as_ref()))
+        let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
+        Ok(self.folder.join(name.as_ref()))
     }
 
     /// The bytes of buffer view `index`, and its stride.

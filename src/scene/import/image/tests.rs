@@ -112,7 +112,7 @@ fn large_pictures_are_refused_before_they_are_decoded() {
 
     // 10⁵ × 10⁵, in otherwise sound files.
     const SIDE: u32 = 100_000;
-    let mut png = file_of(image::RgbImage::new(1, 1), ImageFormat::Png);
+    let mut png = file_of(RgbImage::new(1, 1), ImageFormat::Png);
     png[16..20].copy_from_slice(&SIDE.to_be_bytes());
     png[20..24].copy_from_slice(&SIDE.to_be_bytes());
     let check_sum = crc(&png[12..29]).to_be_bytes();
