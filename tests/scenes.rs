@@ -1,6 +1,6 @@
 //! Scenes in files of one's own, and the light maps that they name.
 
-use crate::support::{fail, succeed};
+use crate::support::{fail, succeed, tree};
 use shutterlab_stimuli::{LinearImage, Sequence};
 use std::path::Path;
 
@@ -90,7 +90,7 @@ fn scenes_that_cannot_be_are_refused_by_name() {
         (
             "translation = [1.0, 0.0, 0.0]",
             "translation = [0.0, 0.0, 0.0]",
-            "objects[0].motion.translation: [0.0, 0.0, 0.0]: a vector with a length",
+            "objects[0].motion.translation: [0.0, 0.0, 0.0]: a vector whose largest component",
         ),
         (
             "translation = [1.0, 0.0, 0.0]",
@@ -121,7 +121,7 @@ fn scenes_that_cannot_be_are_refused_by_name() {
             "[[objects]]\nname = \"sphere\"",
             "[[lights]]\nkind = \"directional\"\ndirection = [0, 0, 0]\nirradiance = [1, 1, 1]\n\
              [[objects]]\nname = \"sphere\"",
-            "lights[0].direction: [0.0, 0.0, 0.0]: a vector with a length",
+            "lights[0].direction: [0.0, 0.0, 0.0]: a vector whose largest component",
         ),
         ("[0.0, 0.5, 3.0]", "[0.0, 0.1, 0.0]", "another point than camera.look_at_m"),
         ("[0.0, 0.5, 3.0]", "[0.0, 0.5, inf]", "camera.position_m: [0.0, 0.5, inf]: coordinates"),
@@ -178,6 +178,14 @@ fn a_model_travels_with_its_sequences() {
     assert!(found.contains("the same bytes"), "{found}");
     let sequence = Sequence::open(&folder.path().join("moved/M2-S2-T3-A3")).unwrap();
     let image = sequence.read_frame(&sequence.manifest.frames[0]).unwrap();
+    let model = tree(&folder.path().join("moved/assets"))
+        .into_keys()
+        .find(|file| file.ends_with("square.mtl"))
+        .unwrap();
+    let model = folder.path().join("moved/assets").join(model);
+    std::fs::write(&model, "newmtl red\nKd 0 1 0\n").unwrap();
+    let error = fail(folder.path(), 1, &["validate", "moved", "--device", "cpu"]);
+    assert!(error.contains("square.obj: it hashes to"), "{error}");
     let is_red = |pixel: &[u8]| pixel[0] > 60 && pixel[1] < 20 && pixel[2] < 20;
     assert!(image.bytes.chunks(3).any(is_red));
 }
@@ -204,6 +212,13 @@ fn models_that_cannot_be_are_refused_by_name() {
         let error = square(text);
         assert!(error.contains(expect), "{text}: {error}");
     }
+    // A file of another kind is told of, too, before anything is written.
+    textured_square(&folder.path().join("scenes"));
+    grid_with(folder.path(), "kind = \"sphere\",", "kind = \"mesh\", file = \"red.png\",");
+    assert!(fail(folder.path(), 1, WORDS).contains("scenes/red.png: ending: png: models are"));
+    grid_with(folder.path(), BUILT_IN, "map = { file = \"red.png\" }");
+    assert!(fail(folder.path(), 1, WORDS).contains("scenes/red.png: first bytes"));
+    assert!(!folder.path().join("out").exists());
     // Without a radius it is not known when it has left the view.
     grid_with(folder.path(), "kind = \"sphere\", radius_m = 0.1", MESH.trim_end_matches(','));
     let error = square("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
