@@ -14,8 +14,15 @@ pub struct Renderer {
     for_meshes: OpenDevice,
     /// The folder of the sequences, where the files that stimuli need are kept.
     assets: PathBuf,
-    /// The pipeline used last: compiled once, kept while method and device stay the same.
-    pipeline: Option<(Method, bool, Box<dyn Pipeline>)>,
+    /// The pipeline used last.
+    kept: Option<Kept>,
+}
+
+/// A pipeline, compiled once and kept while it suits the stimuli.
+struct Kept {
+    method: Method,
+    is_for_meshes: bool,
+    pipeline: Box<dyn Pipeline>,
 }
 
 impl Renderer {
@@ -30,7 +37,7 @@ impl Renderer {
             DeviceChoice::Auto if device.is_software() => OpenDevice::Cpu,
             _ => device.clone(),
         };
-        Ok(Self { device, for_meshes, assets: assets.into(), pipeline: None })
+        Ok(Self { device, for_meshes, assets: assets.into(), kept: None })
     }
 
     fn device_of(&self, stimulus: &Stimulus) -> &OpenDevice {
@@ -49,17 +56,20 @@ impl Render for Renderer {
         frame: u32,
         samples: &[u32],
     ) -> Result<Vec<Vec<LinearImage>>, RenderError> {
-        let (method, has_mesh) = (stimulus.method, stimulus.scene.has_mesh());
-        let mut pipeline = match self.pipeline.take() {
-            Some(kept) if (kept.0, kept.1) == (method, has_mesh) => kept.2,
-            _ => self.device_of(stimulus).pipeline(method, &self.assets),
-        };
+        let (method, is_for_meshes) = (stimulus.method, stimulus.scene.has_mesh());
+        let suits = |kept: &Kept| kept.method == method && kept.is_for_meshes == is_for_meshes;
+        let kept = self.kept.take().filter(suits);
+        let kept = kept.unwrap_or_else(|| Kept {
+            method,
+            is_for_meshes,
+            pipeline: self.device_of(stimulus).pipeline(method, &self.assets),
+        });
+        let Kept { pipeline, .. } = self.kept.insert(kept);
         let mut images = vec![vec![]; samples.len()];
         for view in stimulus.views(frame) {
             let films = pipeline.films(stimulus, &view, frame, samples)?;
             images.iter_mut().zip(films).for_each(|(views, film)| views.push(film.image()));
         }
-        self.pipeline = Some((method, has_mesh, pipeline));
         Ok(images)
     }
 }
