@@ -178,6 +178,10 @@ fn a_model_travels_with_its_sequences() {
     assert!(found.contains("the same bytes"), "{found}");
     let sequence = Sequence::open(&folder.path().join("moved/M2-S2-T3-A3")).unwrap();
     let image = sequence.read_frame(&sequence.manifest.frames[0]).unwrap();
+    // From within a sequence, too.
+    let inside = folder.path().join("moved/M2-S2-T3-A3");
+    let found = succeed(&inside, &["validate", ".", "--device", "cpu"]);
+    assert!(found.contains("the same bytes"), "{found}");
     let model = tree(&folder.path().join("moved/assets"))
         .into_keys()
         .find(|file| file.ends_with("square.mtl"))
@@ -186,6 +190,10 @@ fn a_model_travels_with_its_sequences() {
     std::fs::write(&model, "newmtl red\nKd 0 1 0\n").unwrap();
     let error = fail(folder.path(), 1, &["validate", "moved", "--device", "cpu"]);
     assert!(error.contains("square.obj: it hashes to"), "{error}");
+    std::fs::rename(inside.join("sequence.json"), inside.join("unfinished.json")).unwrap();
+    let error = fail(folder.path(), 1, &["validate", "moved", "--device", "cpu"]);
+    assert!(error.contains("M2-S2-T3-A3: unfinished: the same `render` command"), "{error}");
+    std::fs::rename(inside.join("unfinished.json"), inside.join("sequence.json")).unwrap();
     let is_red = |pixel: &[u8]| pixel[0] > 60 && pixel[1] < 20 && pixel[2] < 20;
     assert!(image.bytes.chunks(3).any(is_red));
 }

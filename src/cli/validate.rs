@@ -6,6 +6,7 @@ use crate::render::Renderer;
 use crate::scene::import;
 use anyhow::{Context, anyhow};
 use shutterlab_data_schema::Protocol;
+use shutterlab_stimuli::generate::ORIGIN_FILE as UNFINISHED;
 use shutterlab_stimuli::manifest::FILE_NAME;
 use shutterlab_stimuli::verify::{Agreement, VerifyError, verify};
 use shutterlab_stimuli::{Grid, Scene, Sequence};
@@ -57,7 +58,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
 fn targets(path: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let is_one = |path: &Path| {
         let holds = |name: &str| path.join(name).exists();
-        path.is_file() || [FILE_NAME, "unfinished.json", "datapackage.json"].into_iter().any(holds)
+        path.is_file() || [FILE_NAME, UNFINISHED, "datapackage.json"].into_iter().any(holds)
     };
     if is_one(path) {
         return Ok(vec![path.into()]);
@@ -124,6 +125,10 @@ fn check_sequence(
     device: Device,
     kept: &mut Option<(PathBuf, Renderer)>,
 ) -> Result<String, Vec<anyhow::Error>> {
+    if !path.join(FILE_NAME).exists() && path.join(UNFINISHED).exists() {
+        let shown = path.display();
+        return Err(vec![anyhow!("{shown}: unfinished: the same `render` command finishes it")]);
+    }
     let sequence = Sequence::open(path).map_err(|e| vec![e.into()])?;
     // Of the folder `.` too.
     let whole = std::path::absolute(path).map_err(|e| vec![e.into()])?;

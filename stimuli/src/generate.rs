@@ -117,7 +117,7 @@ impl Origin {
 }
 
 /// File that tells the origin of the frames in a folder that is not yet finished.
-const ORIGIN_FILE: &str = "unfinished.json";
+pub const ORIGIN_FILE: &str = "unfinished.json";
 
 /// What to make.
 #[derive(Clone, Copy, Debug)]

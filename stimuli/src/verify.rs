@@ -93,7 +93,9 @@ pub fn verify(
 
 /// The files that the sequence was made with, where they are not what its manifest says.
 fn asset_faults(sequence: &Sequence) -> Vec<SequenceError> {
-    let out = sequence.folder.parent().unwrap_or(Path::new(""));
+    // The folder `.` has one above it, too.
+    let folder = std::path::absolute(&sequence.folder).unwrap_or(sequence.folder.clone());
+    let out = folder.parent().unwrap_or(Path::new(""));
     let fault = |(name, sha256, kind): (&str, &str, Kind)| {
         let file = assets::path(out, Path::new(name), sha256);
         match Asset::open(&file, kind) {
