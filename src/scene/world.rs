@@ -7,7 +7,7 @@ use super::object::{Object, Pose};
 use super::picture::{MAX_TEXELS, PictureRef, Pictures};
 use crate::mesh::Mesh;
 use crate::mesh::bvh::Bvh;
-use crate::mesh::ray::Ray;
+use crate::mesh::ray::{Hit, Ray};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use shutterlab_stimuli::scene::{Material, Motion, Shape};
@@ -210,7 +210,7 @@ impl Known {
         let texels = self.all.texels.len() + picture.texels.len();
         if texels > MAX_TEXELS {
             return Err(ImportError::Value {
-                file: format!("{texture:.60?}"),
+                file: texture.name(),
                 field: "texels of all pictures".into(),
                 value: texels.to_string(),
                 allowed: format!("{MAX_TEXELS} are allowed"),
@@ -292,13 +292,12 @@ impl Instant<'_> {
         far: f32,
         on: bool,
     ) -> Option<Met> {
-        let (of, pose) = (&self.objects[object], &self.pose(object));
         if let Some(mesh) = self.mesh(object) {
             let ray = self.ray_of(object, origin, direction, far)?;
-            let hit = mesh.bvh.nearest(&ray)?;
-            let crate::mesh::ray::Hit { triangle, distance, barycentrics } = hit;
+            let Hit { triangle, distance, barycentrics } = mesh.bvh.nearest(&ray)?;
             return Some(Met { object, distance, triangle, barycentrics });
         }
+        let (of, pose) = (&self.objects[object], &self.pose(object));
         let distance = if object < self.world.counts[0] {
             of.meet_sphere(pose.centre, origin, direction, on)
         } else if on {

@@ -189,9 +189,10 @@ impl Stimulus {
     /// Where `object` is during frame `frame`.
     ///
     /// At time t it has covered v·(t − half the sequence's length). With `wrap` the period is 2·(half the
-    /// view's width + how far aside its path's middle is + the object's radius + v/fps), and whole periods are taken off per frame, so that
-    /// no shutter interval contains the jump; angle and pose follow the unwrapped distance. The
-    /// shadow may reach into the view from an object that is outside: it comes in with the jump.
+    /// view's width + how far aside its path's middle is + the object's radius + v/fps), and whole periods
+    /// are taken off per frame, so that no shutter interval contains the jump; angle and pose follow the
+    /// unwrapped distance. The shadow may reach into the view from an object that is outside: it comes in
+    /// with the jump.
     pub fn path(&self, object: &Object, frame: u32) -> ObjectPath {
         let Some(motion) = &object.motion else { return ObjectPath::default() };
         let ImageFormat { fps, .. } = self.image;
@@ -264,7 +265,8 @@ impl Stimulus {
         for object in &self.scene.objects {
             let is_mesh = matches!(object.shape, Shape::Mesh { .. });
             if matches!(self.material_of(object), Material::Model { .. }) && !is_mesh {
-                let field = format!("axes.material.{}", self.levels["material"]);
+                let level = self.levels.get("material").map_or("", String::as_str);
+                let field = format!("axes.material.{level}");
                 let allowed = format!("only a mesh has a model's file, {} is none", object.name);
                 return Err(DefinitionError::value(grid, field, "model", allowed));
             }
@@ -443,6 +445,16 @@ mod tests {
             0.5 * f64::from(self.image.width_px)
                 / self.scene.camera.pixels_per_metre(self.image.width_px)
         }
+    }
+
+    /// A manifest may come from anywhere: what it lacks is told, not stumbled over.
+    #[test]
+    fn a_stimulus_without_its_levels_is_refused_all_the_same() {
+        let mut meddled = stimulus("S1", Trajectory::Once);
+        meddled.material = Material::Model { coat: None };
+        meddled.levels.clear();
+        let error = meddled.check_resolved("sequence.json").unwrap_err().to_string();
+        assert!(error.contains("only a mesh has a model's file, sphere is none"), "{error}");
     }
 
     /// The numbers of the thesis's geometry: 640 px over 14.4°, a 50 mm lens on 36 mm, 3 m away.

@@ -57,7 +57,7 @@ pub fn light_map_from(file: &str, bytes: &[u8]) -> Result<Picture, ImportError> 
 pub fn texture(texture: &Texture) -> Result<Picture, ImportError> {
     let any = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Hdr, ImageFormat::OpenExr];
     match texture {
-        Texture::File(path) => decode(&path.display().to_string(), &read(path)?, &any),
+        Texture::File(path) => decode(&texture.name(), &read(path)?, &any),
         Texture::Embedded { name, bytes } => decode(name, bytes, &any),
     }
 }

@@ -63,6 +63,16 @@ pub enum Texture {
     },
 }
 
+impl Texture {
+    /// What errors call it.
+    pub fn name(&self) -> String {
+        match self {
+            Self::File(path) => path.display().to_string(),
+            Self::Embedded { name, .. } => name.clone(),
+        }
+    }
+}
+
 /// A file could not be imported. Each message names the file, the field, the value and what was allowed.
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
