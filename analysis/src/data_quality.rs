@@ -46,6 +46,8 @@ pub struct DataQuality {
 pub struct Excluded {
     /// Practice trials.
     pub practice: u64,
+    /// Catch trials.
+    pub catch: u64,
     /// Trials of pilot sessions.
     pub pilot: u64,
     /// Trials of sets of pairs that are not complete.
@@ -84,7 +86,7 @@ impl DataQuality {
         let count =
             |has: &dyn Fn(&Response) -> bool| rows.iter().filter(|row| has(row)).count() as u64;
         let sum = |of: &dyn Fn(&Response) -> u32| rows.iter().map(|row| u64::from(of(row))).sum();
-        let late = |row: &Response| row.late_frames_a.saturating_add(row.late_frames_b);
+        let late = Response::untimely_frames;
         let replays = |row: &Response| row.replays_a.saturating_add(row.replays_b);
         let first = count(&|row| row.answer == Answer::First);
         Self {

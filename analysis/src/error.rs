@@ -1,7 +1,7 @@
 //! Why an input cannot be analysed: each message names the file, the field, the value and what was
 //! allowed.
 
-use shutterlab_data_schema::votes::VotesError;
+use shutterlab_data_schema::item_table::TableError;
 
 /// The input could not be read or cannot be analysed.
 #[derive(Debug, thiserror::Error)]
@@ -42,7 +42,7 @@ pub enum InputError {
     },
     /// A table of votes could not be read.
     #[error(transparent)]
-    Votes(#[from] VotesError),
+    Votes(#[from] TableError),
     /// The level of significance is no probability.
     #[error("alpha: {0}: a number above 0 and below 1 is needed")]
     Alpha(f64),

@@ -1,6 +1,6 @@
 //! Reading responses: a responses CSV, or every data file of a study folder.
 //!
-//! Only real answers are analysed, or only simulated ones; practice and pilot trials are counted
+//! Only real answers are analysed, or only simulated ones; practice, catch and pilot trials are counted
 //! and left out. A judge is one complete set of pairs: what one subject answered in one repetition
 //! of one session. Sets that are not complete (a session still under way) are left out by name.
 
@@ -8,6 +8,7 @@ use crate::data_quality::{DataQuality, Excluded, distinct};
 use crate::error::InputError;
 use crate::preferences::{Judge, Judgements, Preferences, WinMatrix, check_items};
 use shutterlab_data_schema::Response;
+use shutterlab_data_schema::protocol::Task;
 use shutterlab_data_schema::response::{Answer, Side, TrialKind};
 use shutterlab_data_schema::study::data_files;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -116,6 +117,10 @@ fn check_row(row: &Response, file: &str, line: u64) -> Result<(), InputError> {
     let refuse = |field: &str, value: String, allowed: String| {
         Err(InputError::line(file, line, field, value, allowed))
     };
+    if row.task != Task::TwoAfc {
+        let value = format!("`{}`", row.task.name());
+        return refuse("task", value, "answers of the task 2afc are analysed".into());
+    }
     if row.stimulus_a == row.stimulus_b {
         let value = format!("`{}`", row.stimulus_b);
         return refuse("stimulus_b", value, "another stimulus than stimulus_a is needed".into());
@@ -125,12 +130,18 @@ fn check_row(row: &Response, file: &str, line: u64) -> Result<(), InputError> {
         Side::B => (&row.stimulus_b, &row.stimulus_a),
     };
     let answered = match row.answer {
-        Answer::First => first,
-        Answer::Second => second,
+        Answer::First => Some(first),
+        Answer::Second => Some(second),
+        Answer::NotSure => None,
+        Answer::Same | Answer::Different => {
+            let value = format!("`{}`", row.answer.name());
+            return refuse("answer", value, "first, second or not-sure are answers to 2afc".into());
+        }
     };
-    if row.selected != *answered {
-        let allowed = format!("the answer selects `{answered}`");
-        return refuse("selected", format!("`{}`", row.selected), allowed);
+    if row.selected.as_ref() != answered {
+        let quoted = |id: Option<&String>| id.map_or("nothing".into(), |id| format!("`{id}`"));
+        let allowed = format!("the answer selects {}", quoted(answered));
+        return refuse("selected", quoted(row.selected.as_ref()), allowed);
     }
     if !row.response_time_s.is_finite() {
         let allowed = "a number of seconds is needed".into();
@@ -158,12 +169,13 @@ fn preferences(rows: Vec<Row>, source: &str) -> Result<Preferences, InputError> 
     let count = |kind: TrialKind| of_kind(kind).count() as u64;
     let (real, simulated) = (count(TrialKind::Real), count(TrialKind::Simulated));
     let (practice, pilot) = (count(TrialKind::Practice), count(TrialKind::Pilot));
+    let catch = count(TrialKind::Catch);
     let kind = match (real, simulated) {
         (0, 0) => {
             return Err(InputError::value(
                 source,
                 "kind",
-                format!("{practice} practice and {pilot} pilot rows"),
+                format!("{practice} practice, {catch} catch and {pilot} pilot rows"),
                 "rows that are real or simulated are needed",
             ));
         }
@@ -203,10 +215,12 @@ fn preferences(rows: Vec<Row>, source: &str) -> Result<Preferences, InputError> 
     let pairs = items.len() * (items.len() - 1) / 2;
     let mut judges = Vec::new();
     let mut analysed = Vec::new();
-    let mut excluded = Excluded { practice, pilot, incomplete_sets: 0 };
+    let mut excluded = Excluded { practice, catch, pilot, incomplete_sets: 0 };
     let mut notes = Vec::new();
     let mut fullest = 0;
     for ((subject, session, repetition), set) in sets {
+        let set: Vec<&Row> =
+            set.into_iter().filter(|row| row.response.selected.is_some()).collect();
         let wins = wins(&items, &set)?;
         if set.len() == pairs {
             analysed.extend(set.iter().map(|row| &row.response));
@@ -216,7 +230,7 @@ fn preferences(rows: Vec<Row>, source: &str) -> Result<Preferences, InputError> 
             fullest = fullest.max(set.len());
             notes.push(format!(
                 "Left out: subject {subject}, session {session}, repetition {repetition}, \
-                 who answered {} of {pairs} pairs.",
+                 who chose in {} of {pairs} pairs.",
                 set.len()
             ));
         }
@@ -254,8 +268,8 @@ fn wins(items: &[String], set: &[&Row]) -> Result<WinMatrix, InputError> {
             );
             return Err(repeated(row, "pair", value, allowed));
         }
-        let (winner, loser) =
-            if response.selected == response.stimulus_a { (a, b) } else { (b, a) };
+        let a_selected = response.selected.as_ref() == Some(&response.stimulus_a);
+        let (winner, loser) = if a_selected { (a, b) } else { (b, a) };
         wins.add(winner, loser, 1);
     }
     Ok(wins)

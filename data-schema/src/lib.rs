@@ -1,12 +1,15 @@
 //! What is written down: the records that Shutterlab reads and writes, the files they live in,
 //! and the schemas generated from them.
 //!
-//! A definition (protocol, grid, scene) is TOML, read by [`definition::read`]. An observation
-//! (response, participant, votes) is CSV. Every schema beside this crate (`*.schema.json`) is
+//! A definition (protocol, cohort, display profile, grid, scene) is TOML, read by [`definition::read`]. An
+//! observation (response, participant, votes) is CSV. Every schema beside this crate (`*.schema.json`) is
 //! generated from the types here and tested against drift.
 
+pub mod cohort;
 pub mod definition;
+pub mod display;
 pub mod files;
+pub mod item_table;
 pub mod participant;
 pub mod protocol;
 pub mod response;
@@ -14,6 +17,8 @@ pub mod study;
 pub mod table_schema;
 pub mod votes;
 
+pub use cohort::Cohort;
+pub use display::DisplayProfile;
 pub use participant::{Participant, ParticipantCode};
 pub use protocol::Protocol;
 pub use response::Response;

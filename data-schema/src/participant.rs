@@ -42,13 +42,21 @@ impl From<ParticipantCode> for String {
     }
 }
 
+impl ParticipantCode {
+    /// The code as the name of a file: of two codes that differ in case only, one can be used.
+    pub fn file_name(&self) -> String {
+        self.0.to_ascii_lowercase()
+    }
+}
+
 impl fmt::Display for ParticipantCode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
 }
 
-/// A row of `participants.csv`: who sat down, and what decided the order of their trials.
+/// The columns that `participants.csv` has in every study: who sat down, and what decided the order of
+/// their trials. After them come the protocol's own fields.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Participant {
@@ -58,9 +66,17 @@ pub struct Participant {
     pub observer: String,
     /// Seed of this participant's order of pairs and order within the pairs.
     pub seed: u64,
-    /// When the first session began (UTC, RFC 3339).
+    /// Place among the participants of the study, from 1, in the order in which they were entered; it
+    /// decides the row of a Latin square.
+    #[schemars(range(min = 1))]
+    pub ordinal: u32,
+    /// When the participant was entered, before the first session (UTC, RFC 3339).
     #[schemars(extend("format" = "date-time"))]
     pub first_session: String,
+    /// When the participant agreed to the protocol's consent text (UTC, RFC 3339); empty if none was
+    /// asked for.
+    #[schemars(extend("format" = "date-time"))]
+    pub consented_at: Option<String>,
 }
 
 #[cfg(test)]

@@ -1,5 +1,13 @@
 //! The protocol: one experiment, one TOML file. What is asked about which stimuli, in which
-//! design, in which words.
+//! design, on which timeline, in which words.
+
+mod design;
+mod text;
+mod timeline;
+
+pub use design::{Design, Orders, Pairs, Sequence};
+pub use text::{ParticipantField, Text, Words};
+pub use timeline::{Eye, LateFrames, Presentation, Still, Timeline, Unfit};
 
 use crate::definition::{self, DefinitionError};
 use indexmap::IndexMap;
@@ -22,75 +30,73 @@ pub struct Protocol {
     pub task: Task,
     /// The question, in the participant's language.
     pub question: String,
+    /// The words for an optional third answer ("I cannot tell"); left out, one of the two must be
+    /// chosen.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_sure: Option<String>,
     /// Seed of every random choice: order of pairs, order within a pair, simulated observers.
     pub seed: u64,
     /// Levels per axis; the stimuli are all their combinations. An axis left out is not restricted.
     pub stimuli: IndexMap<String, Vec<String>>,
     /// How the stimuli are paired.
     pub design: Design,
+    /// What is to be seen when.
+    pub timeline: Timeline,
+    /// What is done when the presentation is not as it should be.
+    #[serde(default)]
+    pub presentation: Presentation,
+    /// What is asked about the participant before the session.
+    #[serde(default)]
+    pub participant: Vec<ParticipantField>,
     /// Practice pairs, asked first and excluded from results.
     #[serde(default)]
-    pub practice: Vec<PracticePair>,
+    pub practice: Vec<ObviousPair>,
+    /// Pairs with a right answer, spread over the session to see whether the participant still
+    /// attends; excluded from results.
+    #[serde(default)]
+    pub catch: Vec<ObviousPair>,
     /// The texts that the participant reads.
     pub text: Text,
+    /// The words on buttons and pages.
+    #[serde(default)]
+    pub words: Words,
 }
 
 /// What is asked in a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Task {
     /// Two-interval, two-alternative forced choice: two sequences one after the other, one is chosen.
     #[serde(rename = "2afc")]
     TwoAfc,
+    /// A reference above, then two candidates below it, one after the other: which one matches the
+    /// reference (Navarro 2012, §5.6).
+    Matching,
+    /// The ground truth and a candidate side by side: do they look the same (the fourth work's
+    /// Appendix A)?
+    SameDifferent,
 }
 
-/// How the stimuli are paired.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Design {
-    /// Which pairs are asked.
-    pub pairs: Pairs,
-    /// How often each pair is asked, 1 to 1000.
-    #[schemars(range(min = 1, max = 1000))]
-    pub repetitions: u32,
-    /// Trials between two breaks; no breaks if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 1))]
-    pub trials_between_breaks: Option<u32>,
-    /// Neutral grey between the two sequences, in seconds.
-    #[schemars(range(min = 0.0))]
-    pub gap_s: f64,
-}
-
-/// Which pairs are asked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Pairs {
-    /// Every pair of two different stimuli.
-    All,
-}
-
-/// An obvious pair, asked first so that the question is understood.
+/// A pair with an answer that anybody would give.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct PracticePair {
-    /// Id of the stimulus that anybody would choose.
+pub struct ObviousPair {
+    /// Id of the better stimulus: the one to be chosen (2afc), the reference (matching), or the
+    /// ground truth (same-different).
     pub better: String,
-    /// Id of the other.
+    /// Id of the other. In the task same-different it may be the same: then so is the right answer.
     pub worse: String,
 }
 
-/// The texts that the participant reads, in the participant's language.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Text {
-    /// Shown once the code is given.
-    pub instructions: String,
-    /// Shown between practice and the trials that count.
-    pub after_practice: String,
-    /// Shown in each break.
-    pub pause: String,
-    /// Shown when the session is over.
-    pub end: String,
+impl Task {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::TwoAfc => "2afc",
+            Self::Matching => "matching",
+            Self::SameDifferent => "same-different",
+        }
+    }
 }
 
 impl Protocol {
@@ -119,54 +125,75 @@ impl Protocol {
     /// # Errors
     /// The first field that does not fit, by name.
     pub fn check(&self, file: &str) -> Result<(), DefinitionError> {
-        let refuse = |field: &str, value: String, allowed: &str| {
-            Err(DefinitionError::value(file, field, value, allowed))
-        };
         definition::check_schema(self.schema, file)?;
         if !(1..=32).contains(&self.name.len())
             || !self.name.bytes().all(|b| b.is_ascii_alphanumeric())
         {
-            return refuse(
-                "name",
-                format!("{:?}", self.name),
-                "1 to 32 letters and digits are allowed",
-            );
+            let allowed = "1 to 32 letters and digits are allowed";
+            return value(file, "name", format!("{:?}", self.name), allowed);
         }
         if let Some((axis, _)) = self.stimuli.iter().find(|(_, levels)| levels.is_empty()) {
-            return refuse(&format!("stimuli.{axis}"), "[]".into(), "at least one level is needed");
+            return value(file, format!("stimuli.{axis}"), "[]", "at least one level is needed");
         }
         for (axis, levels) in &self.stimuli {
-            if let Some((_, level)) =
-                levels.iter().enumerate().find(|(index, level)| levels[..*index].contains(level))
-            {
-                return refuse(
-                    &format!("stimuli.{axis}"),
-                    level.clone(),
-                    "each level may come once",
-                );
+            if let Some(level) = twice(levels) {
+                return value(file, format!("stimuli.{axis}"), level, "each level may come once");
             }
         }
-        if let Some(pair) = self.practice.iter().find(|pair| pair.better == pair.worse) {
-            return refuse("practice", pair.better.clone(), "two different stimuli are needed");
+        for (key, pairs) in [("practice", &self.practice), ("catch", &self.catch)] {
+            let pair = pairs.iter().find(|pair| pair.better == pair.worse);
+            if let (Some(pair), true) = (pair, self.task != Task::SameDifferent) {
+                return value(file, key, &pair.better, "two different stimuli are needed");
+            }
         }
-        if !(1..=1000).contains(&self.design.repetitions) {
-            let repetitions = self.design.repetitions.to_string();
-            return refuse("design.repetitions", repetitions, "1 to 1000 are allowed");
-        }
-        if self.design.trials_between_breaks == Some(0) {
-            return refuse(
-                "design.trials_between_breaks",
-                "0".into(),
-                "at least 1, or leave the key out",
-            );
-        }
-        if !(0.0..=60.0).contains(&self.design.gap_s) {
-            return refuse(
-                "design.gap_s",
-                self.design.gap_s.to_string(),
-                "0 to 60 seconds are allowed",
-            );
-        }
-        Ok(())
+        self.check_participant(file)?;
+        self.timeline.check(file)?;
+        self.design.check(self.task, file)
     }
+
+    fn check_participant(&self, file: &str) -> Result<(), DefinitionError> {
+        /// Columns of `participants.csv` that every study has.
+        const TAKEN: [&str; 6] =
+            ["subject", "observer", "seed", "ordinal", "first_session", "consented_at"];
+        let keys: Vec<String> = self.participant.iter().map(|field| field.key.clone()).collect();
+        for field in &self.participant {
+            let key = &field.key;
+            let fits = key.starts_with(|c: char| c.is_ascii_lowercase())
+                && key.len() <= 32
+                && key.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_');
+            if !fits || TAKEN.contains(&key.as_str()) {
+                let allowed = format!(
+                    "1 to 32 lower-case letters, digits and underscores are allowed, but none of {}",
+                    TAKEN.join(", ")
+                );
+                return value(file, "participant.key", format!("{key:?}"), allowed);
+            }
+            let place = format!("participant.{key}.options");
+            if field.options.len() < 2 {
+                let found = format!("{:?}", field.options);
+                return value(file, place, found, "at least two options are needed");
+            }
+            if let Some(option) = twice(&field.options) {
+                return value(file, place, option, "each option may come once");
+            }
+        }
+        match twice(&keys) {
+            Some(key) => value(file, "participant.key", key, "each key may come once"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The first of `items` that comes a second time.
+fn twice(items: &[String]) -> Option<&String> {
+    items.iter().enumerate().find(|(i, item)| items[..*i].contains(item)).map(|(_, item)| item)
+}
+
+fn value<T>(
+    file: &str,
+    field: impl Into<String>,
+    value: impl ToString,
+    allowed: impl Into<String>,
+) -> Result<T, DefinitionError> {
+    Err(DefinitionError::value(file, field, value, allowed))
 }

@@ -5,16 +5,21 @@
 
 use schemars::schema_for;
 use serde_json::Value;
+use shutterlab_data_schema::protocol::Words;
 use shutterlab_data_schema::response::Response;
 use shutterlab_data_schema::votes::VoteRow;
-use shutterlab_data_schema::{Protocol, Votes, study, table_schema::table_schema};
+use shutterlab_data_schema::{
+    Cohort, DisplayProfile, Protocol, Votes, study, table_schema::table_schema,
+};
 use std::path::{Path, PathBuf};
 
-fn schemas() -> [(&'static str, Value); 4] {
+fn schemas() -> [(&'static str, Value); 6] {
     [
+        ("cohort", schema_for!(Cohort).to_value()),
+        ("display", schema_for!(DisplayProfile).to_value()),
         ("protocol", schema_for!(Protocol).to_value()),
         ("responses", study::responses_schema()),
-        ("participants", study::participants_schema()),
+        ("participants", study::participants_schema(&[])),
         ("votes", table_schema::<VoteRow>(&["item"])),
     ]
 }
@@ -70,6 +75,44 @@ fn protocols_are_judged() {
     for (path, text) in examples("invalid", "protocol") {
         let error = Protocol::parse(&text, "protocol.toml").unwrap_err().to_string();
         assert!(error.contains(expected_error(&text)), "{}: {error}", path.display());
+    }
+}
+
+#[test]
+fn cohorts_are_judged() {
+    for (path, text) in examples("valid", "cohort") {
+        Cohort::parse(&text, "cohort.toml")
+            .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    }
+    for (path, text) in examples("invalid", "cohort") {
+        let error = Cohort::parse(&text, "cohort.toml").unwrap_err().to_string();
+        assert!(error.contains(expected_error(&text)), "{}: {error}", path.display());
+    }
+}
+
+#[test]
+fn display_profiles_are_judged() {
+    for (path, text) in examples("valid", "display") {
+        // The table lies beside the profile.
+        DisplayProfile::parse(&text, &path.display().to_string())
+            .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    }
+    for (path, text) in examples("invalid", "display") {
+        let error = DisplayProfile::parse(&text, "display.toml").unwrap_err().to_string();
+        assert!(error.contains(expected_error(&text)), "{}: {error}", path.display());
+    }
+}
+
+/// The German example translates every word there is: no English is left for the participant.
+#[test]
+fn every_word_comes_from_the_protocol() {
+    let german =
+        std::fs::read_to_string(here().join("examples/valid/protocol-german.toml")).unwrap();
+    let german = Protocol::parse(&german, "protocol-german.toml").unwrap();
+    let words = |words: &Words| serde_json::to_value(words).unwrap();
+    let (german, english) = (words(&german.words), words(&Words::default()));
+    for (key, word) in english.as_object().unwrap() {
+        assert_ne!(german[key], *word, "{key}");
     }
 }
 

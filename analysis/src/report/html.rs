@@ -108,7 +108,7 @@ fn quality_list(data: &DataQuality, trials: u64) -> Markup {
     html! {
         dl {
             dt { "Left out" } dd {
-                (data.excluded.practice) " practice trials, " (data.excluded.pilot) " pilot trials, "
+                (data.excluded.practice) " practice trials, " (data.excluded.catch) " catch trials, " (data.excluded.pilot) " pilot trials, "
                 (data.excluded.incomplete_sets) " trials of incomplete sets of pairs" }
             dt { "Late frames" } dd {
                 (data.late_frames) ", in " (of_trials(data.trials_with_late_frames)) }

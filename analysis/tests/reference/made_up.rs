@@ -1,8 +1,9 @@
 //! A made-up study: observers who choose by a latent quality of each stimulus, with noise.
 
 use shutterlab_data_schema::Response;
+use shutterlab_data_schema::protocol::Eye;
 use shutterlab_data_schema::protocol::Task;
-use shutterlab_data_schema::response::{Answer, Clock, Side, TrialKind};
+use shutterlab_data_schema::response::{Answer, Clock, Pacing, Resampling, Side, TrialKind};
 
 /// Nine stimuli of a grid, best first.
 pub const STIMULI: [&str; 9] = [
@@ -78,18 +79,46 @@ fn response(
         hash_b: format!("hash of {b}"),
         first,
         answer: if chooses_a == (first == Side::A) { Answer::First } else { Answer::Second },
-        selected: if chooses_a { a } else { b }.into(),
+        selected: Some(if chooses_a { a } else { b }.into()),
         correct: None,
         response_time_s: 0.4 + 3.0 * random.unit() * random.unit(),
+        replays_reference: None,
         replays_a: u32::from(random.unit() < 0.05),
         replays_b: 0,
+        onset_reference_s: None,
         onset_a_s: 10.0 * f64::from(trial),
         onset_b_s: 10.0 * f64::from(trial) + 4.5,
+        duration_reference_s: None,
+        duration_a_s: 4.0,
+        duration_b_s: 4.0,
+        late_frames_reference: None,
         late_frames_a: u32::from(random.unit() < 0.02),
         late_frames_b: 0,
+        dropped_frames_reference: None,
+        dropped_frames_a: 0,
+        dropped_frames_b: 0,
+        repeated_frames_reference: None,
+        repeated_frames_a: 0,
+        repeated_frames_b: 0,
         clock: Clock::Submission,
+        pacing: Pacing::FixedRefresh,
+        refresh_hz: Some(60.0),
+        refreshes_per_frame: Some(2.0),
         display: "Made-up 27, 2560x1440, scale 1".into(),
+        display_profile: "identity".into(),
+        display_profile_sha256: None,
+        display_faults: None,
+        stereo_mode: "mono".into(),
+        magnification: 1.0,
+        resampling: Resampling::None,
+        eye: Eye::Follow,
         pixels_per_degree: 44.44,
+        viewed_pixels_per_degree: None,
+        model: None,
+        r: None,
+        level_of_detail: None,
+        speed_deg_per_s: 10.0,
+        pilot: kind == TrialKind::Pilot,
         answered_at: "2026-11-22T09:00:00Z".into(),
         program_version: "0.1.0".into(),
     }

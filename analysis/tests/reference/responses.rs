@@ -39,11 +39,11 @@ fn a_whole_study_gives_everything() {
 fn one_judge_who_always_chooses_the_better_has_no_triads() {
     let mut rows = study(1, &STIMULI, TrialKind::Real);
     for row in &mut rows {
-        if row.selected != row.stimulus_a {
-            row.selected = row.stimulus_a.clone();
+        if row.selected.as_ref() != Some(&row.stimulus_a) {
+            row.selected = Some(row.stimulus_a.clone());
             row.answer = match row.answer {
                 Answer::First => Answer::Second,
-                Answer::Second => Answer::First,
+                _ => Answer::First,
             };
         }
     }
@@ -75,7 +75,7 @@ fn neither_the_order_of_the_rows_nor_the_names_of_the_items_matter() {
     for row in &mut renamed {
         rename(&mut row.stimulus_a);
         rename(&mut row.stimulus_b);
-        rename(&mut row.selected);
+        row.selected.iter_mut().for_each(&rename);
     }
     let renamed = analysis(&renamed);
     assert_eq!(renamed.votes, straight.votes);
@@ -118,7 +118,7 @@ fn a_session_under_way_is_left_out_by_name() {
     let analysis = analysis(&rows);
     assert_eq!(analysis.observers, 20);
     assert_eq!(analysis.data_quality.unwrap().excluded.incomplete_sets, 31);
-    let note = "Left out: subject P21, session 1, repetition 1, who answered 31 of 36 pairs.";
+    let note = "Left out: subject P21, session 1, repetition 1, who chose in 31 of 36 pairs.";
     assert_eq!(analysis.notes[0], note);
 }
 
@@ -187,9 +187,9 @@ fn bad_rows_are_refused_by_name() {
         (
             "only pilot and practice",
             |rows| rows.iter_mut().skip(2).for_each(|row| row.kind = TrialKind::Pilot),
-            "r.csv: kind: 2 practice and 796 pilot rows: rows that are real or simulated",
+            "r.csv: kind: 2 practice, 0 catch and 796 pilot rows: rows that are real or simulated",
         ),
-        ("no rows", |rows| rows.truncate(0), "r.csv: kind: 0 practice and 0 pilot rows: "),
+        ("no rows", |rows| rows.truncate(0), "r.csv: kind: 0 practice, 0 catch and 0 pilot rows: "),
         (
             "a trial twice",
             |rows| rows[4].trial = 4,
@@ -199,7 +199,7 @@ fn bad_rows_are_refused_by_name() {
             "a pair twice",
             |rows| {
                 rows[3].stimulus_b = rows[2].stimulus_b.clone();
-                rows[3].selected = rows[3].stimulus_a.clone();
+                rows[3].selected = Some(rows[3].stimulus_a.clone());
                 rows[3].answer = match rows[3].first {
                     shutterlab_data_schema::response::Side::A => Answer::First,
                     shutterlab_data_schema::response::Side::B => Answer::Second,
@@ -214,7 +214,7 @@ fn bad_rows_are_refused_by_name() {
         ),
         (
             "a contradiction",
-            |rows| rows[2].selected = "M2-S2-T5-A3".into(),
+            |rows| rows[2].selected = Some("M2-S2-T5-A3".into()),
             "r.csv: line 4: selected: `M2-S2-T5-A3`: the answer selects `M2-S2-",
         ),
         (
@@ -243,7 +243,7 @@ fn bad_rows_are_refused_by_name() {
                 rows.truncate(38);
                 rows.iter_mut().for_each(|row| row.kind = TrialKind::Practice);
             },
-            "r.csv: kind: 38 practice and 0 pilot rows: ",
+            "r.csv: kind: 38 practice, 0 catch and 0 pilot rows: ",
         ),
     ];
     for (what, spoil, expect) in bad {
@@ -266,7 +266,7 @@ fn torn_and_foreign_files_are_refused_by_name() {
         (&foreign, "r.csv: line 1: header: `stimulus_one`: unknown field `stimulus_one`".into()),
         (&mistyped, "r.csv: line 2: kind: `practise`: unknown variant `practise`".into()),
         ("item,votes\nA,1\n", "r.csv: line 1: header: `item`: unknown field `item`".into()),
-        ("", "r.csv: kind: 0 practice and 0 pilot rows: ".into()),
+        ("", "r.csv: kind: 0 practice, 0 catch and 0 pilot rows: ".into()),
     ] {
         let error = responses::parse(text, "r.csv").unwrap_err().to_string();
         assert!(error.starts_with(&expect), "{error}");
