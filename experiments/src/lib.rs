@@ -10,7 +10,9 @@
 //! [`presenter::SimulatedDisplay`]; everything else is the same code for both.
 
 pub mod bradley_terry;
+pub mod cohort;
 pub mod design;
+pub mod display;
 pub mod observer;
 pub mod playback;
 pub mod presenter;
@@ -25,5 +27,6 @@ mod test_support;
 #[cfg(feature = "window")]
 pub mod window;
 
+pub use cohort::{CohortOutcome, CohortRequest, run_cohort};
 pub use observer::SimulatedObserver;
 pub use run::{Outcome, RunError, SessionRequest, run_simulated};

@@ -3,28 +3,38 @@
 //! ```text
 //! Instructions → practice trials → AfterPractice → trials, a Pause between blocks → End → over
 //!
-//! a trial:  Blank ──begin()──► Lead (grey) → first sequence → Gap (grey) → second sequence
-//!             ▲                                                               │
-//!             │ Interrupt                                                     ▼
-//!             └──(from any state before the question)        Question ⇄ replay of either
-//!                                                                             │ Answer
-//!           next trial ◄──save() succeeds── Answered ◄────────────────────────┘
+//! a trial:  Blank ──begin()──► grey → fixation mark → interval → grey → interval → …
+//!             ▲                                                                 │
+//!             │ Interrupt                                                       ▼
+//!             └──(from any state before the answer)           Question ⇄ replay of an interval
+//!                                                                │ Answer    │ time is up
+//!           next trial ◄──save() succeeds── Answered ◄───────────┴───────────┘
 //! ```
 //!
 //! Whoever drives it asks for the [`Screen`] to show at a clock reading, reports when it was shown,
 //! passes on the participant's inputs, prepares a trial's sequences before [`Session::begin`], and
 //! lets [`Session::save`] write each answer. A session whose answer cannot be written stays where it
 //! is, answer in hand, and can be asked to save again. Inputs that mean nothing at the moment (an
-//! answer before both sequences were seen whole) are ignored.
+//! answer before everything was seen whole) are ignored.
+//!
+//! A trial whose time to answer is up, or whose frames were late where the protocol does not accept
+//! that, is *set aside*: noted in the log and asked again at the end, of the practice or of all.
 
-use crate::design::Trial;
-use crate::playback::Playback;
+mod progress;
+mod response;
+
+pub use progress::Progress;
+pub use response::{Identity, Viewing};
+
+use crate::design::{Part, Trial};
+use crate::playback::{Cadence, Faults, FrameTime, Playback};
 use crate::record::{RecordError, ResponseWriter};
 use crate::stimuli_set::StimulusSet;
 use jiff::Timestamp;
-use shutterlab_data_schema::ParticipantCode;
-use shutterlab_data_schema::protocol::{Protocol, Text};
-use shutterlab_data_schema::response::{Answer, Clock, Response, Side, TrialKind};
+use progress::Pace;
+use shutterlab_data_schema::protocol::{LateFrames, Protocol, Task};
+use shutterlab_data_schema::response::{Answer, Response};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// What is to be seen.
@@ -34,14 +44,16 @@ pub enum Screen {
     Page(Page),
     /// Neutral grey.
     Grey,
-    /// A frame of one of the trial's two sequences.
+    /// The fixation mark on neutral grey.
+    Fixation,
+    /// A frame of what one of the trial's intervals shows.
     Frame {
-        /// The sequence: the one that this answer would choose.
-        interval: Answer,
+        /// Number of the interval, from 0.
+        interval: usize,
         /// Number of the frame.
         index: u32,
     },
-    /// The question, with the choice of answering or seeing a sequence again.
+    /// The question, with the choice of answering or seeing an interval again.
     Question,
     /// Nothing more: the session is over.
     Over,
@@ -56,6 +68,8 @@ pub enum Page {
     AfterPractice,
     /// A break.
     Pause,
+    /// The time to answer was up.
+    TooSlow,
     /// After the last trial.
     End,
 }
@@ -67,42 +81,16 @@ pub enum Input {
     Continue,
     /// Answers the question.
     Answer(Answer),
-    /// Asks to see the sequence again that this answer would choose.
-    Replay(Answer),
+    /// Asks to see an interval again.
+    Replay(usize),
     /// Gives up the trial that is being shown; it will be shown again from its beginning, as another
-    /// attempt. Without effect once the question is asked.
+    /// attempt. Without effect once the question is asked, unless its time is limited.
     Interrupt,
 }
 
-/// What every response of a session has in common.
-#[derive(Clone, Debug)]
-pub struct Identity {
-    /// Who answers.
-    pub subject: ParticipantCode,
-    /// The sitting, from 1.
-    pub session: u32,
-    /// Name of the computer.
-    pub station: String,
-    /// `participant`, or `simulated:NAME`.
-    pub observer: String,
-    /// Kind of the trials that are not practice.
-    pub kind: TrialKind,
-    /// The display: its name, physical pixels and scale factor.
-    pub display: String,
-    /// What the times are read from.
-    pub clock: Clock,
-}
-
-/// How far a session is, for the participant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Progress {
-    /// Whether this is about practice trials.
-    pub practice: bool,
-    /// Place of the present or coming trial among those of its sort, from 1.
-    pub trial: u32,
-    /// How many of its sort there are.
-    pub of: u32,
-}
+/// A trial is set aside for late frames so often at most; then its answer is kept and marked. On a
+/// display that is always late a session would never end.
+const MOST_LATE: u32 = 2;
 
 /// A session under way.
 #[derive(Debug)]
@@ -111,23 +99,38 @@ pub struct Session {
     set: Arc<StimulusSet>,
     identity: Identity,
     plan: Vec<Trial>,
-    position: usize,
-    answered: Vec<bool>,
+    /// Places in the plan of the trials to be asked, the present one first.
+    queue: VecDeque<usize>,
+    /// How often each trial of the plan was set aside, and how often for late frames.
+    set_aside: Vec<u32>,
+    late: Vec<u32>,
+    block: u32,
     state: State,
     seen: Seen,
+    pace: Pace,
 }
 
 #[derive(Debug)]
 enum State {
     Page(Page),
     Blank,
-    Lead { until_s: f64 },
-    First(Playback),
-    Gap { until_s: f64 },
-    Second(Playback),
-    Question,
-    Replay(Answer, Playback),
+    /// Grey until the fixation mark, or, after the first, until interval number `next`.
+    Grey {
+        until_s: f64,
+        next: usize,
+    },
+    Fixation {
+        until_s: f64,
+    },
+    Interval(usize, Playback),
+    /// Since when the question can be answered.
+    Question {
+        since_s: f64,
+    },
+    Replay(usize, Playback, f64),
     Answered(Box<Response>),
+    /// No answer came in time.
+    Missed,
     Over,
 }
 
@@ -135,81 +138,99 @@ enum State {
 #[derive(Debug, Default)]
 struct Seen {
     attempt: u32,
-    first: Showings,
-    second: Showings,
-    second_ended_s: f64,
+    begun_s: f64,
+    showings: Vec<Showings>,
+    ended_s: f64,
+    times: Vec<FrameTime>,
+    /// The showing that has just ended, until it is known when something else was seen.
+    leaving: Option<(usize, Playback, bool)>,
 }
 
-/// The showings of one sequence within a trial.
-#[derive(Debug, Default)]
+/// The showings of one interval within a trial.
+#[derive(Clone, Copy, Debug, Default)]
 struct Showings {
     onset_s: f64,
+    duration_s: f64,
     replays: u32,
-    late: u32,
+    faults: Faults,
 }
 
 impl Session {
-    /// The session that asks the trials of `plan`, except those whose number is in `answered`.
+    /// The session that asks the trials of `plan`, except those whose number is in `answered`; those
+    /// in `set_aside` last, in that order.
     pub fn new(
         protocol: Protocol,
         set: Arc<StimulusSet>,
         identity: Identity,
         plan: Vec<Trial>,
         answered: &[u32],
+        set_aside: &[u32],
     ) -> Self {
-        let answered: Vec<bool> = plan.iter().map(|t| answered.contains(&t.number)).collect();
-        let position = answered.iter().position(|done| !done).unwrap_or(plan.len());
-        // Who goes on after the practice has read the instructions, which speak of practice to come.
-        let first_page = match plan.get(position) {
+        let open = |trial: &&Trial| !answered.contains(&trial.number);
+        let first_page = match plan.iter().find(open) {
             None => Page::End,
-            Some(trial) if !trial.is_practice() && answered.contains(&true) => Page::Pause,
+            // Who goes on after the practice has read the instructions, which speak of practice to come.
+            Some(trial) if trial.part != Part::Practice && !answered.is_empty() => Page::Pause,
             Some(_) => Page::Instructions,
         };
-        let state = State::Page(first_page);
-        let seen = Seen::default();
-        Self { protocol, set, identity, plan, position, answered, state, seen }
+        let mut session = Self {
+            queue: (0..plan.len()).filter(|&place| open(&&plan[place])).collect(),
+            set_aside: vec![0; plan.len()],
+            late: vec![0; plan.len()],
+            block: 0,
+            state: State::Page(first_page),
+            seen: Seen::default(),
+            pace: Pace::default(),
+            protocol,
+            set,
+            identity,
+            plan,
+        };
+        for number in set_aside {
+            if let Some(at) = session.queue.iter().position(|&p| session.plan[p].number == *number)
+                && let Some(place) = session.queue.remove(at)
+            {
+                session.put_back(place);
+            }
+        }
+        session.block = session.trial().map_or(0, |trial| trial.block);
+        session
     }
 
     /// What is to be seen at `now_s`.
     pub fn screen(&mut self, now_s: f64) -> Screen {
+        // What is shown now is seen at the nearest refresh.
+        let seen_s = now_s + 0.5 * self.cadence().period_s();
         loop {
             let next = match &self.state {
                 State::Page(page) => return Screen::Page(*page),
-                State::Blank | State::Answered(_) => return Screen::Grey,
-                State::Lead { until_s } if now_s >= *until_s => {
-                    State::First(self.playback(Answer::First))
+                State::Blank | State::Answered(_) | State::Missed => return Screen::Grey,
+                State::Grey { until_s, .. } if seen_s < *until_s => return Screen::Grey,
+                State::Grey { until_s, next: 0 } if self.protocol.timeline.fixation_s > 0.0 => {
+                    State::Fixation { until_s: until_s + self.protocol.timeline.fixation_s }
                 }
-                State::Gap { until_s } if now_s >= *until_s => {
-                    State::Second(self.playback(Answer::Second))
-                }
-                State::Lead { .. } | State::Gap { .. } => return Screen::Grey,
-                State::First(playback) => match playback.due(now_s) {
-                    Some(index) => return Screen::Frame { interval: Answer::First, index },
-                    None => {
-                        self.seen.first.late += playback.late_at_end();
-                        self.seen.first.onset_s = playback.onset_s().unwrap_or(now_s);
-                        let ended_s = playback.end_s().unwrap_or(now_s);
-                        State::Gap { until_s: ended_s + self.protocol.design.gap_s }
-                    }
-                },
-                State::Second(playback) => match playback.due(now_s) {
-                    Some(index) => return Screen::Frame { interval: Answer::Second, index },
-                    None => {
-                        self.seen.second.late += playback.late_at_end();
-                        self.seen.second.onset_s = playback.onset_s().unwrap_or(now_s);
-                        self.seen.second_ended_s = playback.end_s().unwrap_or(now_s);
-                        State::Question
-                    }
-                },
-                State::Replay(interval, playback) => match playback.due(now_s) {
+                State::Grey { next, .. } => State::Interval(*next, self.playback()),
+                State::Fixation { until_s } if seen_s < *until_s => return Screen::Fixation,
+                State::Fixation { .. } => State::Interval(0, self.playback()),
+                State::Interval(interval, playback) => match playback.due(now_s) {
                     Some(index) => return Screen::Frame { interval: *interval, index },
                     None => {
-                        let (interval, late) = (*interval, playback.late_at_end());
-                        self.seen.of(interval).late += late;
-                        State::Question
+                        let (interval, playback) = (*interval, playback.clone());
+                        self.after_interval(interval, playback, now_s)
                     }
                 },
-                State::Question => return Screen::Question,
+                State::Replay(interval, playback, since_s) => match playback.due(now_s) {
+                    Some(index) => return Screen::Frame { interval: *interval, index },
+                    None => {
+                        let since_s = *since_s;
+                        self.seen.leaving = Some((*interval, playback.clone(), false));
+                        State::Question { since_s }
+                    }
+                },
+                State::Question { since_s } => match self.protocol.timeline.response_window_s {
+                    Some(window_s) if now_s >= since_s + window_s => State::Missed,
+                    _ => return Screen::Question,
+                },
                 State::Over => return Screen::Over,
             };
             self.state = next;
@@ -218,20 +239,31 @@ impl Session {
 
     /// Takes down that `screen` was shown at `at_s`.
     pub fn shown(&mut self, screen: Screen, at_s: f64) {
+        self.leave_showing(at_s);
         if let Screen::Frame { index, .. } = screen
-            && let State::First(playback) | State::Second(playback) | State::Replay(_, playback) =
-                &mut self.state
+            && let State::Interval(_, playback) | State::Replay(_, playback, _) = &mut self.state
         {
             playback.shown(index, at_s);
         }
     }
 
+    /// Whether something is shown whose time is fixed: grey, fixation mark or a sequence.
+    pub fn is_playing(&self) -> bool {
+        matches!(
+            self.state,
+            State::Grey { .. } | State::Fixation { .. } | State::Interval(..) | State::Replay(..)
+        )
+    }
+
     /// When the screen will change by itself, if it will.
     pub fn next_change_s(&self) -> Option<f64> {
         match &self.state {
-            State::Lead { until_s } | State::Gap { until_s } => Some(*until_s),
-            State::First(playback) | State::Second(playback) | State::Replay(_, playback) => {
+            State::Grey { until_s, .. } | State::Fixation { until_s } => Some(*until_s),
+            State::Interval(_, playback) | State::Replay(_, playback, _) => {
                 Some(playback.next_change_s().unwrap_or(0.0))
+            }
+            State::Question { since_s } => {
+                self.protocol.timeline.response_window_s.map(|window_s| since_s + window_s)
             }
             _ => None,
         }
@@ -241,34 +273,50 @@ impl Session {
     pub fn input(&mut self, input: Input, now_s: f64, utc: Timestamp) {
         // Let whatever ended before the input end first.
         self.screen(now_s);
-        match (input, &self.state) {
-            (Input::Continue, State::Page(Page::End)) => self.state = State::Over,
-            (Input::Continue, State::Page(_)) => self.state = State::Blank,
-            (Input::Answer(answer), State::Question | State::Replay(..)) => {
-                self.leave_replay();
-                self.state = State::Answered(Box::new(self.response(answer, now_s, utc)));
+        let asking = matches!(self.state, State::Question { .. } | State::Replay(..));
+        match input {
+            Input::Continue => match self.state {
+                State::Page(Page::End) => self.state = State::Over,
+                State::Page(Page::TooSlow) => self.advance(),
+                State::Page(_) => self.state = State::Blank,
+                _ => {}
+            },
+            Input::Answer(answer) if asking && self.answers().contains(&answer) => {
+                self.leave_replay(now_s);
+                if let Some(response) = self.response(answer, now_s, utc) {
+                    self.state = State::Answered(Box::new(response));
+                }
             }
-            (Input::Replay(interval), State::Question | State::Replay(..)) => {
-                self.leave_replay();
-                self.seen.of(interval).replays += 1;
-                self.state = State::Replay(interval, self.playback(interval));
+            Input::Replay(interval)
+                if asking
+                    && self.protocol.timeline.replays
+                    && interval < self.seen.showings.len() =>
+            {
+                let since_s = self.leave_replay(now_s);
+                self.seen.showings[interval].replays += 1;
+                self.state = State::Replay(interval, self.playback(), since_s);
             }
-            (
-                Input::Interrupt,
-                State::Lead { .. } | State::First(_) | State::Gap { .. } | State::Second(_),
-            ) => self.state = State::Blank,
-            // The rest of a replay is not missed but given up: its frames are not late.
-            (Input::Interrupt, State::Replay(..)) => self.state = State::Question,
+            Input::Interrupt => self.interrupt(now_s),
             _ => {}
         }
     }
 
-    /// The trial that waits to be prepared and begun, if one does.
-    pub fn waiting(&self) -> Option<&Trial> {
-        matches!(self.state, State::Blank).then(|| &self.plan[self.position])
+    /// The answers that the task allows, in the order in which they are offered.
+    pub fn answers(&self) -> Vec<Answer> {
+        let mut answers = match self.protocol.task {
+            Task::TwoAfc | Task::Matching => vec![Answer::First, Answer::Second],
+            Task::SameDifferent => vec![Answer::Same, Answer::Different],
+        };
+        answers.extend(self.protocol.not_sure.as_ref().map(|_| Answer::NotSure));
+        answers
     }
 
-    /// Begins the trial that waits, at `now_s`: the gap's length of grey, then the first sequence.
+    /// The trial that waits to be prepared and begun, if one does.
+    pub fn waiting(&self) -> Option<&Trial> {
+        matches!(self.state, State::Blank).then(|| self.trial()).flatten()
+    }
+
+    /// Begins the trial that waits, at `now_s`.
     ///
     /// # Errors
     /// `writer` could not note it; the trial still waits.
@@ -278,16 +326,18 @@ impl Session {
         writer: &mut dyn ResponseWriter,
     ) -> Result<(), RecordError> {
         if let Some(trial) = self.waiting() {
+            let intervals = trial.intervals(self.protocol.task).len();
             let attempt = writer.begin(trial.number)?;
-            self.seen = Seen { attempt, ..Seen::default() };
-            self.state = State::Lead { until_s: now_s + self.protocol.design.gap_s };
+            let showings = vec![Showings::default(); intervals];
+            self.seen = Seen { attempt, begun_s: now_s, showings, ..Seen::default() };
+            self.state = State::Grey { until_s: now_s + self.protocol.timeline.gap_s, next: 0 };
         }
         Ok(())
     }
 
-    /// Whether an answer waits to be written.
+    /// Whether an answer, or that there was none, waits to be written.
     pub fn has_answer(&self) -> bool {
-        matches!(self.state, State::Answered(_))
+        matches!(self.state, State::Answered(_) | State::Missed)
     }
 
     /// Lets `writer` write the answer that was given, if there is one, and only then goes on.
@@ -295,147 +345,166 @@ impl Session {
     /// # Errors
     /// The answer could not be written. It is kept: save again.
     pub fn save(&mut self, writer: &mut dyn ResponseWriter) -> Result<(), RecordError> {
-        if let State::Answered(response) = &self.state {
-            writer.write(response)?;
-            self.advance();
+        match &self.state {
+            State::Answered(response) if self.must_repeat() => {
+                writer.set_aside(response.trial, "late frames", Some(response))?;
+                writer.frame_times(response.trial, response.attempt, &self.seen.times);
+                if let Some(&place) = self.queue.front() {
+                    self.late[place] += 1;
+                }
+                self.postpone();
+                self.advance();
+            }
+            State::Answered(response) => {
+                writer.write(response)?;
+                writer.frame_times(response.trial, response.attempt, &self.seen.times);
+                self.pace.take(response.response_time_s, self.seen.ended_s - self.seen.begun_s);
+                self.queue.pop_front();
+                self.advance();
+            }
+            State::Missed => {
+                if let Some(trial) = self.trial() {
+                    writer.set_aside(trial.number, "no answer in time", None)?;
+                    writer.frame_times(trial.number, self.seen.attempt, &self.seen.times);
+                }
+                self.postpone();
+                self.state = State::Page(Page::TooSlow);
+            }
+            _ => {}
         }
         Ok(())
     }
 
     /// The trial being asked or to be asked next; none after the last.
     pub fn trial(&self) -> Option<&Trial> {
-        self.plan.get(self.position)
+        self.queue.front().map(|&place| &self.plan[place])
+    }
+
+    /// How often the present trial was set aside.
+    pub fn times_set_aside(&self) -> u32 {
+        self.queue.front().map_or(0, |&place| self.set_aside[place])
     }
 
     /// The trial to be asked after the present one.
     pub fn upcoming(&self) -> Option<&Trial> {
-        self.next_position().map(|position| &self.plan[position])
+        self.queue.get(1).map(|&place| &self.plan[place])
     }
 
-    /// How far the session is; none after the last trial.
-    pub fn progress(&self) -> Option<Progress> {
-        let practice = self.trial()?.is_practice();
-        let of_its_sort =
-            |trials: &[Trial]| trials.iter().filter(|t| t.is_practice() == practice).count() as u32;
-        let trial = of_its_sort(&self.plan[..=self.position]);
-        Some(Progress { practice, trial, of: of_its_sort(&self.plan) })
+    /// The experiment.
+    pub fn protocol(&self) -> &Protocol {
+        &self.protocol
     }
 
-    /// The text of `page`.
-    pub fn text(&self, page: Page) -> &str {
-        let Text { instructions, after_practice, pause, end } = &self.protocol.text;
-        match page {
-            Page::Instructions => instructions,
-            Page::AfterPractice => after_practice,
-            Page::Pause => pause,
-            Page::End => end,
+    fn after_interval(&mut self, interval: usize, playback: Playback, now_s: f64) -> State {
+        let ended_s = playback.end_s().unwrap_or(now_s);
+        self.seen.showings[interval].onset_s = playback.onset_s().unwrap_or(now_s);
+        // Until something else is seen, the last frame has its time and no more.
+        self.seen.showings[interval].duration_s = ended_s - self.seen.showings[interval].onset_s;
+        self.seen.leaving = Some((interval, playback, true));
+        if interval + 1 < self.seen.showings.len() {
+            State::Grey { until_s: ended_s + self.protocol.timeline.gap_s, next: interval + 1 }
+        } else {
+            self.seen.ended_s = ended_s;
+            State::Question { since_s: ended_s }
         }
     }
 
-    /// The question.
-    pub fn question(&self) -> &str {
-        &self.protocol.question
+    /// Something else than the showing that ended is seen at `at_s`.
+    fn leave_showing(&mut self, at_s: f64) {
+        if let Some((interval, playback, is_first)) = self.seen.leaving.take()
+            && let Some(showings) = self.seen.showings.get_mut(interval)
+        {
+            let replay = if is_first { 0 } else { showings.replays };
+            self.seen.times.extend(playback.times(interval, replay));
+            if is_first {
+                showings.duration_s = at_s - showings.onset_s;
+            }
+            showings.faults += playback.faults_until(at_s);
+        }
     }
 
-    fn next_position(&self) -> Option<usize> {
-        let later = self.position + 1;
-        self.answered.iter().skip(later).position(|done| !done).map(|offset| later + offset)
+    /// Ends a replay early: frames whose time had not come are neither late nor dropped. Returns since
+    /// when the question has been there.
+    fn leave_replay(&mut self, now_s: f64) -> f64 {
+        self.leave_showing(now_s);
+        match &self.state {
+            State::Replay(interval, playback, since_s) => {
+                let showings = &mut self.seen.showings[*interval];
+                self.seen.times.extend(playback.times(*interval, showings.replays));
+                showings.faults += playback.faults();
+                *since_s
+            }
+            State::Question { since_s } => *since_s,
+            _ => now_s,
+        }
+    }
+
+    fn interrupt(&mut self, now_s: f64) {
+        let timed = self.protocol.timeline.response_window_s.is_some();
+        self.state = match self.state {
+            State::Grey { .. } | State::Fixation { .. } | State::Interval(..) => State::Blank,
+            State::Question { .. } | State::Replay(..) if timed => State::Blank,
+            // The rest of a replay is not missed but given up.
+            State::Replay(..) => State::Question { since_s: self.leave_replay(now_s) },
+            _ => return,
+        };
+    }
+
+    fn must_repeat(&self) -> bool {
+        let Some(&place) = self.queue.front() else { return false };
+        self.protocol.presentation.late_frames == LateFrames::Repeat
+            && self.late[place] < MOST_LATE
+            && self.seen.showings.iter().any(|showings| showings.faults.any())
+    }
+
+    /// Puts the present trial to the end.
+    fn postpone(&mut self) {
+        if let Some(place) = self.queue.pop_front() {
+            self.put_back(place);
+        }
+    }
+
+    /// Puts a trial to the end of its sort: of the practice, or of all.
+    fn put_back(&mut self, place: usize) {
+        self.set_aside[place] += 1;
+        let practice = |place: usize| self.plan[place].part == Part::Practice;
+        let at = match practice(place) {
+            true => self.queue.iter().take_while(|&&other| practice(other)).count(),
+            false => self.queue.len(),
+        };
+        self.queue.insert(at, place);
     }
 
     fn advance(&mut self) {
-        let (practised, block) =
-            (self.plan[self.position].is_practice(), self.plan[self.position].block);
-        self.answered[self.position] = true;
-        let Some(next) = self.next_position() else {
-            self.position = self.plan.len();
+        let practised = self.block == 0;
+        let Some(trial) = self.trial() else {
             self.state = State::Page(Page::End);
             return;
         };
-        self.position = next;
-        let trial = &self.plan[next];
-        self.state = if practised && !trial.is_practice() {
+        let (block, is_practice) = (trial.block, trial.part == Part::Practice);
+        self.state = if practised && !is_practice {
             State::Page(Page::AfterPractice)
-        } else if trial.block != block {
+        } else if block > self.block {
             State::Page(Page::Pause)
         } else {
             State::Blank
         };
+        // Trials that were set aside belong to blocks that are over.
+        self.block = self.block.max(block);
     }
 
-    /// Ends a replay early: frames whose time had not come are not late.
-    fn leave_replay(&mut self) {
-        if let State::Replay(interval, playback) = &self.state {
-            let (interval, late) = (*interval, playback.late());
-            self.seen.of(interval).late += late;
-        }
-    }
-
-    fn playback(&self, interval: Answer) -> Playback {
-        let trial = &self.plan[self.position];
-        let image = &self.set.stimulus(trial.stimulus(trial.side(interval))).image;
-        Playback::new(image.fps, image.frames)
-    }
-
-    fn response(&self, answer: Answer, now_s: f64, utc: Timestamp) -> Response {
-        let trial = &self.plan[self.position];
-        let (a, b) = (&self.set.sequences[trial.a].manifest, &self.set.sequences[trial.b].manifest);
-        let selected = trial.side(answer);
-        let (shown_a, shown_b) = match trial.first {
-            Side::A => (&self.seen.first, &self.seen.second),
-            Side::B => (&self.seen.second, &self.seen.first),
+    fn playback(&self) -> Playback {
+        let frames = match self.protocol.timeline.still {
+            Some(_) => 1,
+            None => self.set.stimulus(0).image.frames,
         };
-        Response {
-            study: self.protocol.name.clone(),
-            subject: self.identity.subject.clone(),
-            session: self.identity.session,
-            station: self.identity.station.clone(),
-            block: trial.block,
-            trial: trial.number,
-            repetition: trial.repetition,
-            attempt: self.seen.attempt,
-            kind: if trial.is_practice() { TrialKind::Practice } else { self.identity.kind },
-            observer: self.identity.observer.clone(),
-            task: self.protocol.task,
-            question: self.protocol.question.clone(),
-            reference: None,
-            stimulus_a: a.stimulus.id.clone(),
-            exemplar_a: a.stimulus.exemplar,
-            hash_a: a.sha256.clone(),
-            stimulus_b: b.stimulus.id.clone(),
-            exemplar_b: b.stimulus.exemplar,
-            hash_b: b.sha256.clone(),
-            first: trial.first,
-            answer,
-            selected: self.set.stimulus(trial.stimulus(selected)).id.clone(),
-            correct: trial.better.map(|better| better == selected),
-            response_time_s: microseconds(now_s - self.seen.second_ended_s),
-            replays_a: shown_a.replays,
-            replays_b: shown_b.replays,
-            onset_a_s: microseconds(shown_a.onset_s),
-            onset_b_s: microseconds(shown_b.onset_s),
-            late_frames_a: shown_a.late,
-            late_frames_b: shown_b.late,
-            clock: self.identity.clock,
-            display: self.identity.display.clone(),
-            pixels_per_degree: a.stimulus.pixels_per_degree,
-            answered_at: format!("{utc:.3}"),
-            program_version: env!("CARGO_PKG_VERSION").into(),
-        }
+        Playback::new(self.cadence(), frames)
     }
-}
 
-impl Seen {
-    fn of(&mut self, interval: Answer) -> &mut Showings {
-        match interval {
-            Answer::First => &mut self.first,
-            Answer::Second => &mut self.second,
-        }
+    /// How frames fall on refreshes.
+    fn cadence(&self) -> Cadence {
+        self.identity.viewing.cadence(self.set.fps_shown(&self.protocol))
     }
-}
-
-/// `seconds` without the digits that no clock has.
-fn microseconds(seconds: f64) -> f64 {
-    (seconds * 1e6).round() / 1e6
 }
 
 #[cfg(test)]

@@ -1,9 +1,10 @@
 //! The stimuli of a protocol as rendered sequences: found in a folder, checked against what the
 //! protocol names, and put into the order of the grid.
 
+use crate::design::Pool;
 use shutterlab_data_schema::Protocol;
 use shutterlab_data_schema::definition::nearest;
-use shutterlab_stimuli::frames::EncodedImage;
+use shutterlab_data_schema::protocol::ObviousPair;
 use shutterlab_stimuli::manifest::SequenceError;
 use shutterlab_stimuli::{Sequence, Stimulus};
 use std::collections::BTreeSet;
@@ -18,6 +19,8 @@ pub struct StimulusSet {
     pub compared: usize,
     /// Practice pairs: indices of better and worse.
     pub practice: Vec<(usize, usize)>,
+    /// Catch pairs: indices of better and worse.
+    pub catch: Vec<(usize, usize)>,
 }
 
 /// The folder does not hold what the protocol needs.
@@ -47,6 +50,16 @@ pub enum SetError {
         protocol: String,
         /// The missing stimuli.
         missing: Vec<String>,
+    },
+    /// The protocol shows a frame that the sequences do not have.
+    #[error("protocol {protocol}: timeline.still.frame: {frame}: the sequences have 0 to {last}")]
+    NoFrame {
+        /// Name of the protocol.
+        protocol: String,
+        /// The frame.
+        frame: u32,
+        /// The last there is.
+        last: u32,
     },
     /// A sequence lacks frames.
     #[error("{}: holds {there} of {needed} frames: render it to its end first", folder.display())]
@@ -95,7 +108,7 @@ pub enum SetError {
 impl StimulusSet {
     /// Finds the stimuli of `protocol` among the finished sequences in `folder`.
     ///
-    /// Frames are not read here: [`StimulusSet::load`] holds each against its hash.
+    /// Frames are not read here: [`StimulusSet::verify`] holds each against its hash.
     ///
     /// # Errors
     /// See [`SetError`]; every message names what is missing or does not fit.
@@ -115,21 +128,24 @@ impl StimulusSet {
             }
         }
         let compared = sequences.len();
-        let mut practice = Vec::new();
-        for pair in &protocol.practice {
+        let mut indices = |pairs: &[ObviousPair], what: &str| {
             let mut index = |id: &str| {
                 let there = |s: &Sequence| s.manifest.stimulus.id == id;
                 if let Some(index) = sequences.iter().position(there) {
                     return index;
                 }
+                let name = format!("{id} ({what})");
                 match all.iter().find(|s| there(s)) {
                     Some(sequence) => sequences.push(sequence.clone()),
-                    None => missing.push(format!("{id} (practice)")),
+                    None if missing.contains(&name) => {}
+                    None => missing.push(name),
                 }
                 sequences.len().saturating_sub(1)
             };
-            practice.push((index(&pair.better), index(&pair.worse)));
-        }
+            pairs.iter().map(|pair| (index(&pair.better), index(&pair.worse))).collect::<Vec<_>>()
+        };
+        let practice = indices(&protocol.practice, "practice");
+        let catch = indices(&protocol.catch, "catch");
         if !missing.is_empty() {
             let protocol = protocol.name.clone();
             return Err(SetError::Missing { folder: folder.into(), protocol, missing });
@@ -138,9 +154,30 @@ impl StimulusSet {
             let protocol = protocol.name.clone();
             return Err(SetError::TooFew { protocol, found: compared, folder: folder.into() });
         }
-        let set = Self { sequences, compared, practice };
-        set.check()?;
+        let set = Self { sequences, compared, practice, catch };
+        set.check(protocol)?;
         Ok(set)
+    }
+
+    /// What a design is made of.
+    pub fn pool(&self) -> Pool {
+        let levels = |index| self.stimulus(index).levels.clone();
+        Pool {
+            levels: (0..self.compared).map(levels).collect(),
+            practice: self.practice.clone(),
+            catch: self.catch.clone(),
+        }
+    }
+
+    /// Frames per second as `protocol` shows them: a still is a film of one frame.
+    pub fn fps_shown(&self, protocol: &Protocol) -> f64 {
+        protocol.timeline.still.map_or(self.stimulus(0).image.fps, |still| 1.0 / still.seconds)
+    }
+
+    /// How long a sequence lasts.
+    pub fn sequence_s(&self) -> f64 {
+        let image = &self.stimulus(0).image;
+        f64::from(image.frames) / image.fps
     }
 
     /// The description of stimulus number `index`.
@@ -148,11 +185,15 @@ impl StimulusSet {
         &self.sequences[index].manifest.stimulus
     }
 
-    /// Reads all frames of stimulus number `index` and holds each against its hash.
+    /// All frames of stimulus number `index` and holds each against its hash.
     ///
     /// # Errors
     /// A frame is missing, damaged or another one; the file is named.
-    pub fn load(&self, index: usize) -> Result<Vec<EncodedImage>, SequenceError> {
+    #[cfg(test)]
+    pub fn load(
+        &self,
+        index: usize,
+    ) -> Result<Vec<shutterlab_stimuli::frames::EncodedImage>, SequenceError> {
         let sequence = &self.sequences[index];
         sequence.manifest.frames.iter().map(|frame| sequence.read_frame(frame)).collect()
     }
@@ -171,7 +212,12 @@ impl StimulusSet {
         Ok(())
     }
 
-    fn check(&self) -> Result<(), SetError> {
+    fn check(&self, protocol: &Protocol) -> Result<(), SetError> {
+        let frames = self.stimulus(0).image.frames;
+        if let Some(still) = protocol.timeline.still.filter(|still| still.frame >= frames) {
+            let (protocol, frame) = (protocol.name.clone(), still.frame);
+            return Err(SetError::NoFrame { protocol, frame, last: frames.saturating_sub(1) });
+        }
         for sequence in &self.sequences {
             let needed = sequence.manifest.stimulus.image.frames;
             let frames = &sequence.manifest.frames;
@@ -191,7 +237,7 @@ impl StimulusSet {
         Ok(())
     }
 
-    /// Whatever is shown in a session, practice included, has one size and one rate.
+    /// Whatever is shown in a session, practice included, has one size, length, rate and transfer.
     fn check_like_first(&self, index: usize) -> Result<(), SetError> {
         let (one, other) = (self.stimulus(0), self.stimulus(index));
         let (a, b) = (&one.image, &other.image);
@@ -203,6 +249,10 @@ impl StimulusSet {
             ("size in pixels", format!("{}, {}", size(one), size(other)))
         } else if a.fps != b.fps {
             ("frames per second", format!("{}, {}", a.fps, b.fps))
+        } else if a.frames != b.frames {
+            ("number of frames", format!("{}, {}", a.frames, b.frames))
+        } else if a.transfer != b.transfer {
+            ("transfer", format!("{:?}, {:?}", a.transfer, b.transfer))
         } else if one.pixels_per_degree != other.pixels_per_degree {
             ("pixels per degree", format!("{}, {}", one.pixels_per_degree, other.pixels_per_degree))
         } else {

@@ -2,7 +2,7 @@
 //! response.
 
 use shutterlab_data_schema::Protocol;
-use shutterlab_data_schema::protocol::PracticePair;
+use shutterlab_data_schema::protocol::ObviousPair;
 use shutterlab_stimuli::generate::{Progress, RenderError, Request, generate};
 use shutterlab_stimuli::{Device, Grid, LinearImage, Render, Selection, Sequence, Stimulus};
 use std::ops::Range;
@@ -48,8 +48,18 @@ pub fn rendered() -> TempDir {
 
 /// As [`rendered`], with only some of the frames.
 pub fn rendered_with(frames: Option<Range<u32>>) -> TempDir {
+    render(frames, |_| {})
+}
+
+/// As [`rendered`], of a grid that was changed.
+pub fn rendered_as(change: impl FnOnce(&mut Grid)) -> TempDir {
+    render(None, change)
+}
+
+fn render(frames: Option<Range<u32>>, change: impl FnOnce(&mut Grid)) -> TempDir {
     let mut grid = Grid::load("demo").unwrap();
     (grid.image.width_px, grid.image.height_px, grid.image.frames) = (8, 6, 3);
+    change(&mut grid);
     let stimuli = grid.stimuli(&Selection::default()).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let request = Request {
@@ -63,11 +73,12 @@ pub fn rendered_with(frames: Option<Range<u32>>) -> TempDir {
     folder
 }
 
-/// The protocol `demo`, with one practice pair.
+/// The protocol `demo`, with one practice pair and no fixation mark.
 pub fn protocol() -> Protocol {
     let mut protocol = crate::protocols::load("demo").unwrap();
+    protocol.timeline.fixation_s = 0.0;
     protocol.practice =
-        vec![PracticePair { better: "M2-S2-T3-A5".into(), worse: "M2-S2-T5-A3".into() }];
+        vec![ObviousPair { better: "M2-S2-T3-A5".into(), worse: "M2-S2-T5-A3".into() }];
     protocol
 }
 

@@ -1,7 +1,9 @@
 //! Whole sessions of simulated observers: resumed ones give the same rows as undisturbed ones.
 
 use super::*;
+use crate::playback::FrameTime;
 use crate::test_support::{protocol, rendered};
+use shutterlab_data_schema::response::Clock;
 use shutterlab_data_schema::study::data_files;
 use std::io;
 use std::path::Path;
@@ -49,6 +51,17 @@ impl ResponseWriter for DyingWriter<'_> {
         self.left -= 1;
         self.recorder.write(response)
     }
+
+    fn frame_times(&mut self, _: u32, _: u32, _: &[FrameTime]) {}
+
+    fn set_aside(
+        &mut self,
+        trial: u32,
+        why: &str,
+        response: Option<&Response>,
+    ) -> Result<(), RecordError> {
+        self.recorder.set_aside(trial, why, response)
+    }
 }
 
 /// Runs the session of `request` until it dies after `answers` of them.
@@ -56,12 +69,14 @@ fn run_until(request: &SessionRequest, answers: u32) {
     let subject = request.participant.clone().unwrap();
     let set = Arc::new(StimulusSet::open(&request.protocol, &request.stimuli).unwrap());
     let guess = SimulatedObserver::guess();
-    let judge = Judge::new(&guess, &set, request.protocol.seed, &subject, SESSION).unwrap();
-    let mut sitting = Sitting::open(request, set, &subject, &guess.name()).unwrap();
-    let mut display = SimulatedDisplay::new(SIMULATED_REFRESH_HZ);
-    let mut session = sitting.session(display.name(), display.clock());
+    let instructed = guess.instruct(&set, &request.protocol).unwrap();
+    let entry = Entry::observer(&subject, &guess.name());
+    let mut sitting = Sitting::open(request, set, &entry).unwrap();
+    let mut display = simulated_display(&sitting.set);
+    let mut session = sitting.session(display.viewing());
     let mut writer = DyingWriter { recorder: &mut sitting.recorder, left: answers };
-    drive(&mut session, &mut display, &judge, &mut writer).unwrap_err();
+    let judge = instructed.judge(request.protocol.seed, &subject, SESSION, 37);
+    drive(&mut session, &mut display, &judge, &mut writer, |_| Timestamp::now()).unwrap_err();
 }
 
 #[test]
@@ -80,7 +95,7 @@ fn a_whole_session_answers_every_pair_once() {
             && row.late_frames_a + row.late_frames_b == 0
             && row.attempt == 1
     }));
-    assert_eq!(data_files(study.path()).unwrap(), [outcome.data_file]);
+    assert_eq!(data_files(&study.path().join("simulated")).unwrap(), [outcome.data_file]);
 }
 
 #[test]
@@ -132,7 +147,7 @@ fn a_session_does_not_go_on_with_other_stimuli() {
     let (stimuli, study) = (rendered(), tempfile::tempdir().unwrap());
     let request = request(stimuli.path(), study.path(), "S01");
     run_until(&request, 5);
-    let file = data_files(study.path()).unwrap().remove(0);
+    let file = data_files(&study.path().join("simulated")).unwrap().remove(0);
     let text = std::fs::read_to_string(&file).unwrap();
     let hash = rows(&file)[2].hash_a.clone();
     std::fs::write(&file, text.replace(&hash, "0000")).unwrap();
