@@ -1,11 +1,17 @@
-//! Sessions that are killed and go on.
+//! Sessions that are killed and go on, at one station or several, and what is left when something fails.
 
 use crate::support::{
-    Row, answers_of, fail, guess, read_table, run_in, shutterlab, succeed, table, tree,
+    Row, answers_of, copy_stimuli, fail, guess, read_table, run_in, shutterlab, succeed, table,
+    tree, whole_lines,
 };
+use serde_json::{Value, json};
+use shutterlab_data_schema::study::StudyKind;
 use shutterlab_experiments::protocols;
 use shutterlab_experiments::random::Stream;
+use shutterlab_experiments::record::heartbeat::station_name;
 use shutterlab_experiments::record::study::Study;
+use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
@@ -24,8 +30,26 @@ impl Place {
         Self { folder: tempfile::tempdir().unwrap() }
     }
 
+    /// Where the answers of simulated observers lie.
     fn study(&self) -> PathBuf {
-        self.folder.path().join("study")
+        StudyKind::Simulated.folder(&self.folder.path().join("study"))
+    }
+
+    /// The study as this process sees it, posing as the computer called `station`.
+    fn open(&self, station: &str) -> Study {
+        let (folder, protocol) =
+            (self.folder.path().join("study"), protocols::load("demo").unwrap());
+        Study::open(&folder, &protocol, StudyKind::Simulated).unwrap().at_station(station)
+    }
+
+    /// What `status` says about the simulated sessions, each under its code.
+    fn status(&self) -> BTreeMap<String, Value> {
+        let sections: Value =
+            serde_json::from_str(&self.succeed(&["status", "study", "--json"])).unwrap();
+        let section = &sections.as_array().unwrap()[0];
+        assert_eq!((&section["kind"], &section["faults"]), (&"simulated".into(), &json!([])));
+        let sessions = section["sessions"].as_array().unwrap().iter();
+        sessions.map(|s| (s["subject"].as_str().unwrap().to_string(), s.clone())).collect()
     }
 
     fn succeed(&self, args: &[&str]) -> String {
@@ -45,8 +69,10 @@ impl Place {
         std::thread::sleep(delay);
         child.kill().unwrap();
         let output = child.wait_with_output().unwrap();
-        // What is killed says nothing; what ends by itself must not have failed.
-        assert_eq!(String::from_utf8_lossy(&output.stderr), "", "{code} after {delay:?}");
+        // What is killed says at most what it will ask; what ends by itself must not have failed.
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        let is_plan = |line: &str| line.starts_with("demo: 9 stimuli, 36 pairs");
+        assert!(stderr.lines().all(is_plan), "{code} after {delay:?}: {stderr}");
         output
     }
 
@@ -67,15 +93,9 @@ impl Place {
             .collect()
     }
 
-    fn analysis(&self) -> serde_json::Value {
-        serde_json::from_str(&self.succeed(&["analyze", "study", "--json"])).unwrap()
+    fn analysis(&self) -> Value {
+        serde_json::from_str(&self.succeed(&["analyze", "study/simulated", "--json"])).unwrap()
     }
-}
-
-/// The bytes up to the last line end.
-fn whole_lines(bytes: &[u8]) -> &[u8] {
-    let end = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
-    &bytes[..end]
 }
 
 /// The rows without what differs between a session left alone and one that was resumed: calendar
@@ -99,19 +119,19 @@ fn assert_whole(file: &Path) {
     assert_eq!(trials, each_once, "{}", file.display());
 }
 
-/// `kill -9` at fifty random moments of sessions under way: no answer is missing, doubled or another
-/// one than without the kills.
+/// `kill -9` at fifty random moments (`SHUTTERLAB_KILLS` says how many) of sessions under way: no answer is
+/// missing, doubled or another one than without the kills, and `status` tells each.
 #[test]
-fn fifty_kills_lose_no_answer_and_double_none() {
-    const KILLS: usize = 50;
+fn kills_lose_no_answer_and_double_none() {
+    let kills: usize = std::env::var("SHUTTERLAB_KILLS").map_or(50, |text| text.parse().unwrap());
     // Kills that came after answers of the process itself, not while it was still starting.
-    const GAINS: usize = 10;
+    let least_gains = kills / 5;
     let (alone, killed) = (Place::new(), Place::new());
     let mut random = Stream::new(20121);
     let (mut hits, mut gains, mut participants) = (0, 0, 0);
-    while hits < KILLS || gains < GAINS {
+    while hits < kills || gains < least_gains {
         participants += 1;
-        assert!(participants <= 100, "{hits} kills hit a session, {gains} after answers");
+        assert!(participants <= 2 * kills, "{hits} kills hit a session, {gains} after answers");
         let code = format!("K{participants}");
         let start = Instant::now();
         alone.run(&code);
@@ -141,12 +161,20 @@ fn fifty_kills_lose_no_answer_and_double_none() {
             if log.len() > logged && answered < TRIALS {
                 hits += 1;
                 gains += usize::from(gained && answered > 0);
+                let session = &killed.status()[&code];
+                assert_eq!(
+                    (&session["state"], &session["answered"]),
+                    (&"crashed".into(), &answered.into())
+                );
             }
         }
 
         let file = answers_of(&killed.study(), &code);
         assert_whole(&file);
         assert_eq!(timeless(&file), timeless(&answers_of(&alone.study(), &code)), "{code}");
+        let crashes = killed.log(&code).iter().filter(|(event, _)| event == "crashed").count();
+        let session = &killed.status()[&code];
+        assert_eq!((&session["state"], &session["crashes"]), (&"finished".into(), &crashes.into()));
         // Every time that a trial was begun is counted, and nothing is begun once it is answered.
         let log = killed.log(&code);
         for row in read_table(&file) {
@@ -181,7 +209,7 @@ fn a_torn_row_is_asked_again() {
         assert_eq!(torn.answers("P1")[..last_row], bytes[..last_row]);
         assert_whole(&file);
         assert_eq!(timeless(&file), timeless(&answers_of(&alone.study(), "P1")));
-        let half = String::from_utf8_lossy(&bytes[last_row..length]).escape_debug().to_string();
+        let half = String::from_utf8_lossy(&bytes[last_row..length]).replace('\n', "\\n");
         assert!(torn.log("P1").contains(&("torn-row".into(), half)));
     }
 }
@@ -191,14 +219,15 @@ fn a_torn_row_is_asked_again() {
 fn an_open_session_is_refused_to_others() {
     let place = Place::new();
     place.run("P0");
-    // This process opens the session of P1, as another station would.
-    let study = Study::open(&place.study(), &protocols::load("demo").unwrap(), false).unwrap();
-    let (recorder, _) = study.session(&"P1".parse().unwrap(), 1).unwrap();
+    // This process opens the session of P1.
+    let study = place.open(&station_name());
+    let (recorder, _) = study.session(&"P1".parse().unwrap(), 1, 38).unwrap();
     let records = || (tree(&place.study().join("data")), place.log("P1"));
     let before = records();
     let error = fail(place.folder.path(), 1, &guess("study", "P1"));
-    assert!(error.contains("subject-P1_session-1_task-2afc_data.lock: locked: subject P1 "));
+    assert!(error.contains(".lock: locked: subject P1 is being asked"), "{error}");
     assert_eq!(records(), before);
+    assert_eq!(place.status()["P1"]["state"], "running");
     // The others go on as ever.
     place.run("P2");
 
@@ -230,7 +259,8 @@ fn of_two_at_once_one_answers() {
                 answered += usize::from(stdout.contains(": finished; 38 answers now, 0 before"));
             } else {
                 let subject = format!("locked: subject {code} is being asked by another");
-                assert!(stderr.starts_with("error: ") && stderr.contains(&subject), "{stderr}");
+                let error = stderr.lines().last().unwrap();
+                assert!(error.starts_with("error: ") && error.contains(&subject), "{stderr}");
                 refused += 1;
             }
         }
@@ -257,18 +287,19 @@ fn a_finished_session_is_left_as_it_is() {
 #[test]
 fn a_pilot_stays_apart() {
     let place = Place::new();
-    let pilot = place.study().join("pilot");
+    let root = place.folder.path().join("study");
+    let pilot = root.join("pilot");
     let run_pilot =
         |code: &str| place.succeed(&[guess("study", code).as_slice(), &["--pilot"]].concat());
     run_pilot("P1");
     // The pilot came first, and the study itself has not begun.
-    let only_pilot: Vec<PathBuf> = tree(&place.study()).into_keys().collect();
+    let only_pilot: Vec<PathBuf> = tree(&root).into_keys().collect();
     assert!(only_pilot.iter().all(|name| name.starts_with("pilot")), "{only_pilot:?}");
     fail(place.folder.path(), 1, &["analyze", "study"]);
 
     place.run("P1");
     let outside_pilot = || {
-        let mut files = tree(&place.study());
+        let mut files = tree(&root);
         files.retain(|name, _| !name.starts_with("pilot"));
         files
     };
@@ -287,4 +318,199 @@ fn a_pilot_stays_apart() {
             [vec!["practice"; 2], vec!["simulated"; TRIALS - 2]].concat()
         );
     }
+}
+
+/// Two stations: the other one's session is refused while its heart beats, in so many words; a session
+/// whose station fell silent is taken over.
+#[test]
+fn a_session_of_another_station_is_refused_until_that_falls_silent() {
+    let place = Place::new();
+    place.run("P1");
+    let whole = place.answers("P1");
+    // Half of the answers, as given at another station, whose program runs.
+    let half = whole_lines(&whole[..whole.len() / 2]);
+    std::fs::write(answers_of(&place.study(), "P1"), half).unwrap();
+    let running = place.open("cellar").session(&"P1".parse().unwrap(), 1, 38).unwrap();
+    let error = fail(place.folder.path(), 1, &guess("study", "P1"));
+    let expected =
+        "locked: subject P1 is being asked by another running session, at station cellar since";
+    assert!(error.contains(expected), "{error}");
+    let session = &place.status()["P1"];
+    assert_eq!((&session["state"], &session["station"]), (&"running".into(), &"cellar".into()));
+    assert_eq!(place.answers("P1"), half);
+
+    // As if its power was cut: the last heartbeat says that it runs, and no other comes.
+    drop(running);
+    let claims = place.study().join("log/claims/study-demo_subject-P1_session-1_task-2afc");
+    let last = claims.join("2.json");
+    let mut heartbeat: Value = serde_json::from_slice(&std::fs::read(&last).unwrap()).unwrap();
+    heartbeat["state"] = "running".into();
+    heartbeat["boot"] = "another".into();
+    std::fs::write(&last, heartbeat.to_string()).unwrap();
+    assert_eq!(place.status()["P1"]["state"], "crashed");
+    place.run("P1");
+    assert!(place.answers("P1").starts_with(half));
+    assert_whole(&answers_of(&place.study(), "P1"));
+    let log = place.log("P1");
+    let crashed = log.iter().find(|(event, _)| event == "crashed").unwrap();
+    assert!(crashed.1.starts_with("cellar, process "), "{crashed:?}");
+}
+
+/// A disk that takes no more: the error names the file, whole rows stay, and when there is room the
+/// session goes on.
+#[test]
+#[cfg(unix)]
+fn a_full_disk_loses_no_answer() {
+    // So long a question that the answers are by far the largest file.
+    let protocol = std::fs::read_to_string("experiments/protocols/demo.toml").unwrap();
+    let question = format!("question = \"{}", "Which one? ".repeat(300));
+    let protocol = protocol.replace("question = \"", &question);
+    let (alone, full) = (Place::new(), Place::new());
+    let mut run = guess("study", "P1");
+    run[1] = "long.toml";
+    for place in [&alone, &full] {
+        std::fs::write(place.folder.path().join("long.toml"), &protocol).unwrap();
+    }
+    alone.succeed(&run);
+    let room_kb = alone.answers("P1").len() / 1024 / 2;
+    let script = format!("trap '' XFSZ; ulimit -f {room_kb}; exec \"$@\"");
+    let output = std::process::Command::new("bash")
+        .current_dir(full.folder.path())
+        .args(["-c", &script, "bash", env!("CARGO_BIN_EXE_shutterlab")])
+        .args(&run)
+        .output()
+        .unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(error.contains("subject-P1_session-1_task-2afc_data.csv: File too large"), "{error}");
+    let kept = full.answers("P1");
+    assert_eq!(whole_lines(&kept), kept);
+    let answered = table(&String::from_utf8(kept).unwrap()).len();
+    let session = &full.status()["P1"];
+    assert_eq!((&session["state"], &session["answered"]), (&"left".into(), &answered.into()));
+    let said = full.succeed(&run);
+    assert!(said.contains(&format!("{answered} before")), "{said}");
+    let file = answers_of(&full.study(), "P1");
+    assert_whole(&file);
+    assert_eq!(timeless(&file), timeless(&answers_of(&alone.study(), "P1")));
+}
+
+/// A stimulus that is gone, or another one than before, is refused before anything is written.
+#[test]
+fn stimuli_that_changed_in_the_middle_of_a_study_are_refused() {
+    let place = Place::new();
+    let stimuli = place.folder.path().join("s");
+    copy_stimuli(&stimuli);
+    let run = |code| {
+        let mut args = guess("study", code);
+        args[3] = "s";
+        args
+    };
+    place.succeed(&run("P1"));
+    let file = answers_of(&place.study(), "P1");
+    let whole = place.answers("P1");
+    let half = whole_lines(&whole[..whole.len() / 2]);
+    std::fs::write(&file, half).unwrap();
+
+    std::fs::rename(stimuli.join("M2-S2-T4-A4"), place.folder.path().join("away")).unwrap();
+    let before = tree(&place.study());
+    let error = fail(place.folder.path(), 1, &run("P1"));
+    assert!(error.contains("are missing: M2-S2-T4-A4"), "{error}");
+    assert_eq!(tree(&place.study()), before);
+
+    // The same stimulus, rendered with another seed.
+    let grid = std::fs::read_to_string("stimuli/grids/demo.toml").unwrap();
+    let seed = grid.lines().find(|line| line.starts_with("seed = ")).unwrap();
+    std::fs::write(place.folder.path().join("g.toml"), grid.replace(seed, "seed = 1")).unwrap();
+    let size = ["--size", "16x9", "--device", "cpu", "--select", "shutter=T4,samples=A4"];
+    place.succeed(&[&["render", "g.toml", "-o", "t"], size.as_slice()].concat());
+    std::fs::rename(place.folder.path().join("t/M2-S2-T4-A4"), stimuli.join("M2-S2-T4-A4"))
+        .unwrap();
+    let error = fail(place.folder.path(), 1, &run("P1"));
+    assert!(error.contains("hash_") && error.contains("begun with other stimuli"), "{error}");
+    assert_eq!(place.answers("P1"), half);
+}
+
+/// Damaged files are named, and the rest is told all the same.
+#[test]
+fn status_names_what_it_cannot_read() {
+    let place = Place::new();
+    for code in ["P1", "P2", "P3"] {
+        place.run(code);
+    }
+    place.succeed(&[guess("study", "P1").as_slice(), &["--pilot"]].concat());
+    let (damaged, torn) = (answers_of(&place.study(), "P2"), answers_of(&place.study(), "P3"));
+    let text = std::fs::read_to_string(&damaged).unwrap();
+    std::fs::write(&damaged, text.replacen("demo,P2,1,", "demo,P2,one,", 1)).unwrap();
+    let bytes = std::fs::read(&torn).unwrap();
+    std::fs::write(&torn, &bytes[..bytes.len() - 9]).unwrap();
+    std::fs::write(place.study().join("log/participants/p9.json"), "{").unwrap();
+
+    let sections: Value =
+        serde_json::from_str(&place.succeed(&["status", "study", "--json"])).unwrap();
+    let kinds: Vec<&Value> = sections.as_array().unwrap().iter().map(|s| &s["kind"]).collect();
+    assert_eq!(kinds, ["pilot", "simulated"]);
+    let simulated = &sections[1];
+    let faults: Vec<&str> =
+        simulated["faults"].as_array().unwrap().iter().map(|f| f.as_str().unwrap()).collect();
+    assert_eq!(faults.len(), 2, "{faults:?}");
+    assert!(
+        faults[0].contains("p9.json: line 1: ") && faults[1].contains("subject-P2_"),
+        "{faults:?}"
+    );
+    let answered: Vec<&Value> =
+        simulated["sessions"].as_array().unwrap().iter().map(|s| &s["answered"]).collect();
+    assert_eq!(answered, [TRIALS, TRIALS - 1]);
+
+    let said = place.succeed(&["status", "study"]);
+    for expected in
+        ["PILOT, never a result: ", "SIMULATED OBSERVERS, never a finding: ", "cannot be read"]
+    {
+        assert!(said.contains(expected), "{said}");
+    }
+    let error = fail(place.folder.path(), 1, &["status", "nowhere"]);
+    assert!(error.contains("nowhere: not a study"), "{error}");
+}
+
+/// The consistency that `status` shows is the one that the analysis gives.
+#[test]
+fn status_and_analysis_agree_about_consistency() {
+    let place = Place::new();
+    place.run("P1");
+    let analysis = place.analysis();
+    let zeta = &analysis["consistency"]["per_observer"][0]["zeta"];
+    assert_eq!(&place.status()["P1"]["zeta"], zeta);
+}
+
+/// Withdrawn only when the code is typed once more; then the study is as if nobody had come.
+#[test]
+fn a_participant_is_withdrawn_when_the_code_is_typed() {
+    let place = Place::new();
+    let pilot = place.folder.path().join("study/pilot");
+    for code in ["P1", "P2"] {
+        place.succeed(&[guess("study", code).as_slice(), &["--pilot"]].concat());
+    }
+    let withdraw = |typed: &str| {
+        let mut command = shutterlab();
+        command.current_dir(place.folder.path());
+        command.args(["withdraw", "P1", "--study", "study", "--pilot"]);
+        let piped = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = piped.spawn().unwrap();
+        child.stdin.take().unwrap().write_all(typed.as_bytes()).unwrap();
+        child.wait_with_output().unwrap()
+    };
+    let before = tree(&pilot);
+    for typed in ["", "P2\n", "yes\n"] {
+        assert_eq!(withdraw(typed).status.code(), Some(1));
+        assert_eq!(tree(&pilot), before);
+    }
+    let said = String::from_utf8(withdraw("P1\n").stdout).unwrap();
+    assert!(said.starts_with("P1: withdrawn; 38 answers in 4 files removed"), "{said}");
+    assert!(!answers_of(&pilot, "P1").exists() && answers_of(&pilot, "P2").exists());
+    let again = ["withdraw", "P1", "--study", "study", "--pilot", "--yes"];
+    assert!(fail(place.folder.path(), 1, &again).contains("subject P1: withdrawn at "));
+    let run = [guess("study", "P1").as_slice(), &["--pilot"]].concat();
+    assert!(fail(place.folder.path(), 1, &run).contains("the code is not used again"));
+    let said = place.succeed(&["status", "study"]);
+    assert!(said.contains("P1 withdrawn 2") && said.contains(", 38 answers"), "{said}");
 }

@@ -14,6 +14,7 @@ use shutterlab_data_schema::study::responses_schema;
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 /// What rows are written to: a file, or a test's stand-in for a failing one.
 pub trait Storage {
@@ -84,14 +85,14 @@ pub fn read(path: &Path, study: &str, subject: &ParticipantCode) -> Result<Found
         other => other.map_err(|e| named(path, &e))?,
     };
     let damaged = |line: u64, what: String| RecordError::Damaged { file: path.into(), line, what };
-    let header = header()?;
+    let header = header();
     if !bytes.contains(&b'\n') && header.starts_with(&bytes) {
         let torn = (!bytes.is_empty()).then(|| lossy(&bytes));
         return Ok(Found { torn, ..Found::default() });
     }
-    if !bytes.starts_with(&header) {
+    if !bytes.starts_with(header) {
         let line = lossy(bytes.split(|&b| b == b'\n').next().unwrap_or_default());
-        let what = format!("header: {line:.200}: {} is needed", lossy(&header).trim_end());
+        let what = format!("header: {line:.200}: {} is needed", lossy(header).trim_end());
         return Err(damaged(1, what));
     }
 
@@ -141,7 +142,7 @@ impl RowFile<File> {
             rows.storage.cut(found.length).map_err(|e| named(path, &e))?;
         }
         if found.length == 0 {
-            rows.append_bytes(&header()?)?;
+            rows.append_bytes(header())?;
             sync_folder(path.parent().unwrap_or(Path::new("."))).map_err(|e| named(path, &e))?;
         }
         Ok(rows)
@@ -165,7 +166,7 @@ impl<S: Storage> RowFile<S> {
     /// The row is not there: it can be tried again.
     pub fn append(&mut self, response: &Response) -> io::Result<()> {
         let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(vec![]);
-        writer.serialize(response).map_err(io::Error::other)?;
+        writer.serialize(response)?;
         let row = writer.into_inner().map_err(|error| io::Error::other(error.to_string()))?;
         self.append_bytes(&row)
     }
@@ -200,13 +201,14 @@ impl<S: Storage> RowFile<S> {
 }
 
 /// The header line of a file of answers.
-fn header() -> io::Result<Vec<u8>> {
-    let schema = responses_schema();
-    let fields = schema["fields"].as_array().cloned().unwrap_or_default();
-    let names = fields.iter().filter_map(|field| field["name"].as_str());
-    let mut writer = csv::Writer::from_writer(vec![]);
-    writer.write_record(names).map_err(io::Error::other)?;
-    writer.into_inner().map_err(|error| io::Error::other(error.to_string()))
+pub(super) fn header() -> &'static [u8] {
+    static HEADER: LazyLock<String> = LazyLock::new(|| {
+        let schema = responses_schema();
+        let fields = schema["fields"].as_array().into_iter().flatten();
+        let names: Vec<&str> = fields.filter_map(|field| field["name"].as_str()).collect();
+        format!("{}\n", names.join(","))
+    });
+    HEADER.as_bytes()
 }
 
 fn holds_a_row_start(tail: &[u8], study: &str, subject: &ParticipantCode) -> bool {
@@ -219,4 +221,4 @@ fn lossy(bytes: &[u8]) -> String {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

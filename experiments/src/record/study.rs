@@ -1,144 +1,216 @@
-//! The study folder: one protocol, its participants, and a data file, a log and a lock per session.
+//! The study folder: one protocol, its participants, and a data file, a journal and claims per session.
 //!
-//! Several stations may write into one study at once: what they share (protocol, participants,
-//! descriptions) is written whole, by rename, under the study's lock.
+//! Several stations may write into one study at once, also on a network share: what they share is
+//! either created by one of them, or made anew from what is there until nothing has changed meanwhile.
 
-use super::log::{self, Log};
+use super::frame_times::FrameTimes;
+use super::heartbeat::{self, CLAIMS, Claim, Heartbeat};
+use super::log::{self, Log, Story};
+use super::participants::{self, NewParticipant, NewRecord, PARTICIPANT};
 use super::rows::{self, RowFile};
-use super::{RecordError, Recorder};
+use super::{RecordError, Recorder, withdraw};
 use crate::stimuli_set::StimulusSet;
-use jiff::Timestamp;
 use serde_json::Value;
+use sha2::{Digest, Sha256};
 use shutterlab_data_schema::definition;
-use shutterlab_data_schema::files::{create_folder, named, write_atomically};
-use shutterlab_data_schema::study::{data_file_name, write_descriptions};
+use shutterlab_data_schema::files::{create_atomically, create_folder, named, write_atomically};
+use shutterlab_data_schema::study::{StudyKind, data_file_name, write_descriptions};
 use shutterlab_data_schema::{Participant, ParticipantCode, Protocol, Response};
 use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Name in the records of an observer who is a person.
-pub const PARTICIPANT: &str = "participant";
-
-/// Folder inside a study that holds its pilot: a study of its own.
-const PILOT_FOLDER: &str = "pilot";
-
 /// A study folder that is open for sessions of one protocol.
 #[derive(Clone, Debug)]
 pub struct Study {
-    folder: PathBuf,
-    protocol: Protocol,
+    pub(super) folder: PathBuf,
+    pub(super) protocol: Protocol,
+    pub(super) kind: StudyKind,
+    pub(super) station: String,
+    consent_sha256: Option<String>,
 }
 
 impl Study {
-    /// Opens the study in `folder`, or begins it there; a pilot is a study inside that study.
+    /// Opens the study in `folder`, or begins it there; one of pilot or simulated answers is a study
+    /// inside that study.
     ///
     /// # Errors
     /// The folder cannot be made or written; it was begun with another protocol.
-    pub fn open(folder: &Path, protocol: &Protocol, pilot: bool) -> Result<Self, RecordError> {
-        let folder = if pilot { folder.join(PILOT_FOLDER) } else { folder.to_path_buf() };
-        for part in ["data", "log", "thumbnails"] {
+    pub fn open(folder: &Path, protocol: &Protocol, kind: StudyKind) -> Result<Self, RecordError> {
+        let folder = kind.folder(folder);
+        let parts = ["data", "thumbnails", CLAIMS, participants::RECORDS, participants::ORDINALS];
+        for part in parts.into_iter().chain([withdraw::RECORDS]) {
             create_folder(&folder.join(part))?;
         }
-        let study = Self { folder, protocol: protocol.clone() };
-        let _lock = study.lock()?;
-        let file = study.folder.join("protocol.toml");
-        if file.exists() {
+        if let Some(banner) = kind.banner() {
+            create_atomically(&folder.join("README.md"), format!("# {banner}\n").as_bytes())?;
+        }
+        let file = folder.join("protocol.toml");
+        let text = toml::to_string(protocol).map_err(io::Error::other)?;
+        if file.exists() || !create_atomically(&file, text.as_bytes())? {
             // Not `Protocol::read`: what a later version refuses may have been run by an earlier one.
             let there: Protocol = definition::read(&file)?;
             if there != *protocol {
                 return Err(other_protocol(file, &there, protocol));
             }
-        } else {
-            let text = toml::to_string(protocol).map_err(io::Error::other)?;
-            write_atomically(&file, text.as_bytes())?;
         }
-        Ok(study)
+        let consent = protocol.text.consent.as_ref();
+        let consent_sha256 = consent
+            .map(|text| Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect());
+        let (protocol, station) = (protocol.clone(), heartbeat::station_name());
+        Ok(Self { folder, protocol, kind, station, consent_sha256 })
     }
 
-    /// Enters `subject`, who answers as `observer`, among the participants; the first time only.
+    /// Opens the study in `folder` with the protocol that it was begun with.
     ///
     /// # Errors
-    /// The table cannot be read or written; the code belongs to another observer; the study holds
-    /// people and the observer is simulated, or the other way round.
-    pub fn enter(
-        &self,
-        subject: &ParticipantCode,
-        observer: &str,
-        seed: u64,
-    ) -> Result<(), RecordError> {
-        let _lock = self.lock()?;
-        let file = self.folder.join("participants.csv");
-        let mut participants = read_participants(&file)?;
-        if let Some(other) =
-            participants.iter().find(|p| (p.observer == PARTICIPANT) != (observer == PARTICIPANT))
-        {
-            let holds = match other.observer.as_str() {
-                PARTICIPANT => "people".into(),
-                simulated => format!("simulated observers ({simulated})"),
-            };
-            return Err(RecordError::Mixed { file, observer: observer.into(), holds });
-        }
-        if let Some(there) = participants.iter().find(|p| p.subject == *subject) {
-            let differing = if there.observer != observer {
-                Some(("observer", there.observer.clone(), observer.to_string()))
-            } else if there.seed != seed {
-                Some(("seed", there.seed.to_string(), seed.to_string()))
-            } else {
-                None
-            };
-            let Some((field, there, now)) = differing else { return Ok(()) };
-            let subject = subject.clone();
-            return Err(RecordError::OtherParticipant { file, subject, field, there, now });
-        }
-        let alike =
-            |p: &&Participant| p.subject.to_string().eq_ignore_ascii_case(&subject.to_string());
-        if let Some(other) = participants.iter().find(alike) {
-            let (subject, there) = (subject.clone(), other.subject.to_string());
-            let (field, now) = ("code", subject.to_string());
-            return Err(RecordError::OtherParticipant { file, subject, field, there, now });
-        }
-        participants.push(Participant {
-            subject: subject.clone(),
-            observer: observer.into(),
-            seed,
-            first_session: format!("{:.3}", Timestamp::now()),
-        });
-        let mut writer = csv::Writer::from_writer(vec![]);
-        for participant in &participants {
-            writer.serialize(participant).map_err(io::Error::other)?;
-        }
-        let bytes = writer.into_inner().map_err(|error| io::Error::other(error.to_string()))?;
-        Ok(write_atomically(&file, &bytes)?)
+    /// There is none; a file cannot be read or written.
+    pub fn existing(folder: &Path, kind: StudyKind) -> Result<Self, RecordError> {
+        let protocol = definition::read(&kind.folder(folder).join("protocol.toml"))?;
+        Self::open(folder, &protocol, kind)
     }
 
-    /// Opens session number `session` of `subject` for writing, and returns what it holds already.
+    /// The same study as seen from the computer called `station`.
+    pub fn at_station(self, station: &str) -> Self {
+        Self { station: station.into(), ..self }
+    }
+
+    /// Name of this computer.
+    pub fn station(&self) -> &str {
+        &self.station
+    }
+
+    /// Where the study lies.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The participant called `subject`, if there is one already.
     ///
     /// # Errors
-    /// Another process runs it; a file cannot be read or written, or is damaged.
+    /// The record cannot be read; the code belongs to somebody who was withdrawn.
+    pub fn find(&self, subject: &ParticipantCode) -> Result<Option<Participant>, RecordError> {
+        withdraw::refuse_withdrawn(&self.folder, subject)?;
+        Ok(participants::find(&self.folder, subject)?.map(|record| record.participant))
+    }
+
+    /// Enters a participant, the first time only, and says who it is.
+    ///
+    /// # Errors
+    /// A record cannot be read or written; the code belongs to another observer, or to somebody who was
+    /// withdrawn; an answer is none of the options that the protocol gives; the study holds people and
+    /// the observer is simulated, or the other way round.
+    pub fn enter(&self, new: &NewParticipant) -> Result<Participant, RecordError> {
+        withdraw::refuse_withdrawn(&self.folder, &new.subject)?;
+        self.check_fields(new)?;
+        self.check_observer(new)?;
+        let participant = participants::enter(&self.folder, self.record(new))?;
+        participants::write_table(&self.folder, &self.protocol)?;
+        Ok(participant)
+    }
+
+    /// `new` and what the study adds.
+    pub(super) fn record<'a>(&'a self, new: &'a NewParticipant) -> NewRecord<'a> {
+        NewRecord { new, station: &self.station, consent_sha256: self.consent_sha256.as_deref() }
+    }
+
+    fn check_fields(&self, new: &NewParticipant) -> Result<(), RecordError> {
+        for (key, value) in &new.fields {
+            let field = self.protocol.participant.iter().find(|field| field.key == *key);
+            let allowed = field.map_or(&[][..], |field| &field.options);
+            if !allowed.contains(value) {
+                return Err(RecordError::NoOption {
+                    subject: new.subject.clone(),
+                    key: key.clone(),
+                    value: value.clone(),
+                    allowed: allowed.to_vec(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn check_observer(&self, new: &NewParticipant) -> Result<(), RecordError> {
+        let is_person = new.observer == PARTICIPANT;
+        let mixed = |holds: String| {
+            let (file, observer) = (self.folder.clone(), new.observer.clone());
+            Err(RecordError::Mixed { file, observer, holds })
+        };
+        match self.kind {
+            StudyKind::Real if !is_person => return mixed("people".into()),
+            StudyKind::Simulated if is_person => return mixed("simulated observers".into()),
+            StudyKind::Real | StudyKind::Simulated => return Ok(()),
+            // Either may answer, but not both.
+            StudyKind::Pilot => {}
+        }
+        for file in participants::files(&self.folder)? {
+            let observer = participants::read(&file)?.participant.observer;
+            match (observer == PARTICIPANT, is_person) {
+                (true, false) => return mixed("people".into()),
+                (false, true) => return mixed(format!("simulated observers ({observer})")),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Opens session number `session` of `subject`, of `trials` trials, for writing, and returns what it
+    /// holds already. If the program that claimed it on another computer gives no sign of life, this takes
+    /// some seconds.
+    ///
+    /// # Errors
+    /// Another program runs it; the participant was withdrawn; a file cannot be read or written, or is
+    /// damaged.
     pub fn session(
         &self,
         subject: &ParticipantCode,
         session: u32,
+        trials: u32,
     ) -> Result<(Recorder, Vec<Response>), RecordError> {
-        let name = data_file_name(&self.protocol, subject, session);
-        let lock = self.lock_session(subject, name.trim_end_matches(".csv"))?;
-        let log_path = self.folder.join("log").join(name.replace("_data.csv", ".log"));
-        let mut log = Log::open(&log_path)?;
-        let begun = log::trials_begun(&log_path)?;
-
-        let path = self.folder.join("data").join(&name);
-        let is_new = !path.exists();
-        let found = rows::read(&path, &self.protocol.name, subject)?;
-        if let Some(torn) = &found.torn {
-            log.note("torn-row", torn)?;
-            log.sync()?;
+        withdraw::refuse_withdrawn(&self.folder, subject)?;
+        let files = self.files(subject, session);
+        let (claim, crashed, lock) = files.claim(&self.station, subject, session, trials)?;
+        // Once more, since a withdrawal claims the sessions after it has said that it begins.
+        withdraw::refuse_withdrawn(&self.folder, subject)?;
+        let story = Story::read(&files.journal)?;
+        let mut log = Log::open(&files.journal)?;
+        if crashed.is_some() || story.is_open() {
+            let last = crashed.map_or("nothing was heard of it".into(), |last| {
+                let Heartbeat { station, process, trial, of, updated_at, .. } = last;
+                format!(
+                    "{station}, process {process}, trial {trial} of {of}, last heard {updated_at}"
+                )
+            });
+            log.note(log::CRASHED, &last)?;
         }
-        let rows = RowFile::open(&path, &found)?;
-        log.note(if is_new { "began" } else { "resumed" }, env!("CARGO_PKG_VERSION"))?;
-        let _lock = self.lock()?;
-        write_descriptions(&self.folder, &self.protocol)?;
-        Ok((Recorder { rows, log, begun, written: 0, _lock: lock }, found.rows))
+        let is_new = !files.data.exists();
+        let found = rows::read(&files.data, &self.protocol.name, subject)?;
+        if let Some(torn) = &found.torn {
+            log.note_for_good(log::TORN_ROW, torn)?;
+        }
+        let rows = RowFile::open(&files.data, &found)?;
+        log.note(if is_new { log::BEGAN } else { log::RESUMED }, env!("CARGO_PKG_VERSION"))?;
+        write_descriptions(&self.folder, &self.protocol, self.kind)?;
+        let Story { trials_begun: begun, set_aside, .. } = story;
+        let frame_times = FrameTimes::new(&files.frame_times);
+        let (written, closed) = (0, false);
+        let recorder = Recorder {
+            rows,
+            log,
+            frame_times,
+            begun,
+            set_aside,
+            written,
+            closed,
+            claim,
+            _lock: lock,
+        };
+        Ok((recorder, found.rows))
+    }
+
+    /// The files of session number `session` of `subject`.
+    pub(super) fn files(&self, subject: &ParticipantCode, session: u32) -> SessionFiles {
+        SessionFiles::new(&self.folder, &data_file_name(&self.protocol, subject, session))
     }
 
     /// Keeps the middle frame of every stimulus of `set` beside the data.
@@ -157,47 +229,70 @@ impl Study {
         }
         Ok(())
     }
+}
 
-    /// Waits for the study's lock, which goes with the file that is returned.
-    fn lock(&self) -> io::Result<File> {
-        let path = self.folder.join("log").join(".study.lock");
-        let file = open_lock(&path)?;
-        file.lock().map_err(|e| named(&path, &e))?;
-        Ok(file)
-    }
+/// Where the records of a session lie.
+#[derive(Clone, Debug)]
+pub(super) struct SessionFiles {
+    pub data: PathBuf,
+    pub journal: PathBuf,
+    pub frame_times: PathBuf,
+    pub claims: PathBuf,
+}
 
-    fn lock_session(&self, subject: &ParticipantCode, name: &str) -> Result<File, RecordError> {
-        let path = self.folder.join("log").join(format!(".{name}.lock"));
-        let file = open_lock(&path)?;
-        match file.try_lock() {
-            Ok(()) => Ok(file),
-            Err(TryLockError::WouldBlock) => {
-                Err(RecordError::Locked { file: path, subject: subject.clone() })
-            }
-            Err(TryLockError::Error(error)) => Err(named(&path, &error).into()),
+impl SessionFiles {
+    /// Those of the session whose answers are in the file `name` of the study in `folder`.
+    pub fn new(folder: &Path, name: &str) -> Self {
+        let stem = name.trim_end_matches("_data.csv");
+        Self {
+            data: folder.join("data").join(name),
+            journal: folder.join("log").join(format!("{stem}.log")),
+            frame_times: folder.join("log").join(format!("{stem}_frames.csv")),
+            claims: folder.join(CLAIMS).join(stem),
         }
     }
-}
 
-fn open_lock(path: &Path) -> io::Result<File> {
-    let file = File::options().write(true).create(true).truncate(false).open(path);
-    file.map_err(|e| named(path, &e))
-}
-
-fn read_participants(file: &Path) -> Result<Vec<Participant>, RecordError> {
-    if !file.exists() {
-        return Ok(vec![]);
+    /// The lock that keeps the programs of the computer called `station` apart. Each computer has one of
+    /// its own, since on a network share a common one may not work.
+    pub fn lock(&self, station: &str) -> PathBuf {
+        self.claims.join(format!(".{}.lock", heartbeat::in_file_name(station)))
     }
-    let bytes = std::fs::read(file).map_err(|e| named(file, &e))?;
-    let damaged = |error: csv::Error| RecordError::Damaged {
-        file: file.into(),
-        line: error.position().map_or(1, csv::Position::line),
-        what: error.to_string(),
-    };
-    csv::Reader::from_reader(bytes.as_slice())
-        .deserialize()
-        .map(|row| row.map_err(damaged))
-        .collect()
+
+    /// Whether a program of the computer called `station` runs the session. Only to be asked if its last
+    /// heartbeat is from here.
+    pub fn runs_here(&self, station: &str) -> bool {
+        let lock = File::options().write(true).open(self.lock(station));
+        lock.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
+    }
+
+    /// Claims the session; see [`Claim::take`]. Returns also the lock, where locks work.
+    pub fn claim(
+        &self,
+        station: &str,
+        subject: &ParticipantCode,
+        session: u32,
+        trials: u32,
+    ) -> Result<(Claim, Option<Heartbeat>, Option<File>), RecordError> {
+        create_folder(&self.claims)?;
+        let path = self.lock(station);
+        let file = File::options().write(true).create(true).truncate(false).open(&path);
+        let file = file.map_err(|e| named(&path, &e))?;
+        let lock = match file.try_lock() {
+            Ok(()) => Some(file),
+            Err(TryLockError::WouldBlock) => {
+                let running = heartbeat::latest(&self.claims).ok().flatten();
+                let running = running.and_then(|look| look.heartbeat);
+                let since = running.map_or("just now".into(), |running| running.began_at);
+                let (subject, station) = (subject.clone(), station.into());
+                return Err(RecordError::Locked { file: path, subject, station, since });
+            }
+            // A share without locks: the claim is enough, but a crash takes longer to tell.
+            Err(TryLockError::Error(_)) => None,
+        };
+        let mine = Heartbeat::new(station, subject, session, trials);
+        let (claim, crashed) = Claim::take(&self.claims, mine, lock.is_some())?;
+        Ok((claim, crashed, lock))
+    }
 }
 
 fn other_protocol(file: PathBuf, there: &Protocol, now: &Protocol) -> RecordError {

@@ -1,10 +1,10 @@
 //! Torn rows are cut off, damaged files are left alone, a full disk loses nothing.
 
 use super::*;
-use shutterlab_data_schema::protocol::Task;
-use shutterlab_data_schema::response::{Answer, Clock, Side, TrialKind};
+use shutterlab_data_schema::protocol::{Eye, Task};
+use shutterlab_data_schema::response::{Answer, Clock, Pacing, Resampling, Side, TrialKind};
 
-fn response(trial: u32) -> Response {
+pub(in crate::record) fn response(trial: u32) -> Response {
     Response {
         study: "demo".into(),
         subject: subject(),
@@ -27,18 +27,46 @@ fn response(trial: u32) -> Response {
         hash_b: "bb".into(),
         first: Side::B,
         answer: Answer::First,
-        selected: "T4".into(),
+        selected: Some("T4".into()),
         correct: None,
         response_time_s: 1.25,
+        replays_reference: None,
         replays_a: 0,
         replays_b: 1,
+        onset_reference_s: None,
         onset_a_s: 0.5,
         onset_b_s: 2.0,
+        duration_reference_s: None,
+        duration_a_s: 1.0,
+        duration_b_s: 1.0,
+        late_frames_reference: None,
         late_frames_a: 0,
         late_frames_b: 3,
+        dropped_frames_reference: None,
+        dropped_frames_a: 0,
+        dropped_frames_b: 1,
+        repeated_frames_reference: None,
+        repeated_frames_a: 0,
+        repeated_frames_b: 4,
         clock: Clock::Submission,
+        pacing: Pacing::FixedRefresh,
+        refresh_hz: Some(59.94),
+        refreshes_per_frame: Some(2.0),
         display: "screen, 1280×800 px".into(),
+        display_profile: "identity".into(),
+        display_profile_sha256: None,
+        display_faults: Some("no profile; \"quoted\"".into()),
+        stereo_mode: "mono".into(),
+        magnification: 1.0,
+        resampling: Resampling::None,
+        eye: Eye::Follow,
         pixels_per_degree: 17.8,
+        viewed_pixels_per_degree: None,
+        model: None,
+        r: None,
+        level_of_detail: None,
+        speed_deg_per_s: 10.0,
+        pilot: false,
         answered_at: "2026-11-22T06:00:00.000Z".into(),
         program_version: "0.1.0".into(),
     }
@@ -151,7 +179,7 @@ impl Storage for FullDisk {
 #[test]
 fn a_full_disk_leaves_whole_rows_and_the_row_can_be_written_when_there_is_room() {
     for cut_fails in [false, true] {
-        let disk = FullDisk { bytes: vec![], room: 300, cut_fails };
+        let disk = FullDisk { bytes: vec![], room: 500, cut_fails };
         let mut rows = RowFile::new(Path::new("rows.csv"), disk, 0);
         rows.append(&response(1)).unwrap();
         let whole = rows.storage.bytes.clone();
@@ -162,4 +190,21 @@ fn a_full_disk_leaves_whole_rows_and_the_row_can_be_written_when_there_is_room()
         assert!(rows.storage.bytes.starts_with(&whole));
         assert_eq!(rows.storage.bytes.len(), 2 * whole.len());
     }
+}
+
+#[test]
+fn an_untimely_frame_that_shows_both_sides_counts_once() {
+    let counts = Response {
+        late_frames_a: 3,
+        dropped_frames_a: 1,
+        late_frames_b: 3,
+        dropped_frames_b: 1,
+        ..response(1)
+    };
+    let of = |task, late_frames_reference| {
+        Response { task, late_frames_reference, ..counts.clone() }.untimely_frames()
+    };
+    assert_eq!(of(Task::TwoAfc, None), 8);
+    assert_eq!(of(Task::Matching, Some(2)), 10);
+    assert_eq!(of(Task::SameDifferent, None), 4);
 }
