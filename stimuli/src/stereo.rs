@@ -113,17 +113,21 @@ fn squeezed(image: &LinearImage) -> LinearImage {
 
 /// Per mille of red, green and blue of the left and of the right eye in each channel of the anaglyph
 /// for red-cyan glasses (Dubois 2001, as published for that paper's displays and filters).
-const DUBOIS: [[[f32; 3]; 2]; 3] = [
+pub const DUBOIS: [[[f32; 3]; 2]; 3] = [
     [[437.0, 449.0, 164.0], [-11.0, -32.0, -7.0]],
     [[-62.0, -62.0, -24.0], [377.0, 761.0, 9.0]],
     [[-48.0, -50.0, -17.0], [-26.0, -93.0, 1234.0]],
 ];
 
-fn anaglyph(left: &LinearImage, right: &LinearImage) -> LinearImage {
+/// The anaglyph of a pixel of linear light for the left and one for the right eye.
+pub fn anaglyph_pixel(left: [f32; 3], right: [f32; 3]) -> [f32; 3] {
     let dot = |a: [f32; 3], b: [f32; 3]| 1e-3 * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
-    let pixel =
-        |(l, r): (&[f32; 3], &[f32; 3])| DUBOIS.map(|[of_l, of_r]| dot(of_l, *l) + dot(of_r, *r));
-    let pixels = left.pixels.iter().zip(&right.pixels).map(pixel).collect();
+    DUBOIS.map(|[of_left, of_right]| dot(of_left, left) + dot(of_right, right))
+}
+
+fn anaglyph(left: &LinearImage, right: &LinearImage) -> LinearImage {
+    let pixels =
+        left.pixels.iter().zip(&right.pixels).map(|(l, r)| anaglyph_pixel(*l, *r)).collect();
     LinearImage { pixels, ..*left }
 }
 
