@@ -12,6 +12,14 @@ mod bad_input;
 /// Scattering on a graphics device, beside its twin.
 #[cfg(feature = "gpu")]
 mod bsdf;
+/// Cohorts of simulated observers, from the file to the rows.
+mod cohorts;
+/// What a display profile says is what is to be seen on the screen.
+#[cfg(all(feature = "window", target_os = "linux"))]
+mod display;
+/// The operator's pages, and what they record.
+#[cfg(all(feature = "window", target_os = "linux"))]
+mod operator;
 /// From simulated answers back to what they were drawn from.
 mod recovery;
 /// `render`: manifests, resuming, the same bytes again.

@@ -78,7 +78,7 @@ pub fn tree(folder: &Path) -> std::collections::BTreeMap<PathBuf, Vec<u8>> {
 }
 
 /// The arguments of `run` that let a simulated observer who guesses answer as `code`: the shipped
-/// protocol, the small stimuli, and the folder `study`.
+/// protocol, the small stimuli, and the folder `study`, in which the answers lie in `simulated`.
 pub fn guess<'a>(study: &'a str, code: &'a str) -> Vec<&'a str> {
     let stimuli = small_stimuli().to_str().unwrap();
     let folders = ["--stimuli", stimuli, "--study", study];
@@ -86,7 +86,7 @@ pub fn guess<'a>(study: &'a str, code: &'a str) -> Vec<&'a str> {
     [&["run", "demo"], folders.as_slice(), &observer].concat()
 }
 
-/// Where session 1 of `code` in a study of the shipped protocol keeps its answers.
+/// Where session 1 of the simulated `code` in a study of the shipped protocol keeps its answers.
 pub fn answers_of(study: &Path, code: &str) -> PathBuf {
     study.join(format!("data/study-demo_subject-{code}_session-1_task-2afc_data.csv"))
 }
@@ -123,6 +123,12 @@ pub fn table(text: &str) -> Vec<Row> {
 /// The rows of the CSV in `file`; see [`table`].
 pub fn read_table(file: &Path) -> Vec<Row> {
     table(&std::fs::read_to_string(file).unwrap())
+}
+
+/// The bytes up to the last line end.
+pub fn whole_lines(bytes: &[u8]) -> &[u8] {
+    let end = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
+    &bytes[..end]
 }
 
 /// Skips a test for want of something, and says so; fails where the environment has `variable`, which

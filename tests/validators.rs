@@ -2,13 +2,18 @@
 
 use crate::support::{answers_of, guess, read_table, skip, succeed, tree};
 use serde_json::Value;
+use shutterlab_data_schema::protocol::ParticipantField;
+use shutterlab_data_schema::study::StudyKind;
+use shutterlab_experiments::protocols;
+use shutterlab_experiments::record::participants::{NewParticipant, PARTICIPANT};
+use shutterlab_experiments::record::study::Study;
 use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::Command;
 use tempfile::TempDir;
 
-/// A study with the answers of two simulated observers, in the folder `study`.
+/// A study with the answers of two simulated observers, in the folder `study/simulated`.
 fn two_sessions() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     for code in ["S01", "S02"] {
@@ -29,8 +34,9 @@ fn frictionless() -> Option<OsString> {
     None
 }
 
-/// What the validator says about the data package in `folder`: its kinds of error; none if it is valid.
-fn errors(program: &OsString, folder: &Path) -> BTreeSet<String> {
+/// What the validator says about the data package in `folder`, which has `tables` tables: its kinds of
+/// error; none if it is valid.
+fn errors(program: &OsString, folder: &Path, tables: usize) -> BTreeSet<String> {
     let output = Command::new(program)
         .current_dir(folder)
         .args(["validate", "--json", "datapackage.json"])
@@ -38,8 +44,7 @@ fn errors(program: &OsString, folder: &Path) -> BTreeSet<String> {
         .unwrap();
     let report: Value = serde_json::from_slice(&output.stdout)
         .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr)));
-    // Two resources of answers and the participants: all of them were looked at.
-    assert_eq!(report["tasks"].as_array().unwrap().len(), 3, "{report:#}");
+    assert_eq!(report["tasks"].as_array().unwrap().len(), tables, "{report:#}");
     let lists = std::iter::once(&report).chain(report["tasks"].as_array().unwrap());
     let errors: BTreeSet<String> = lists
         .flat_map(|part| part["errors"].as_array().unwrap())
@@ -54,8 +59,8 @@ fn errors(program: &OsString, folder: &Path) -> BTreeSet<String> {
 fn a_study_is_a_valid_data_package_and_a_damaged_one_is_not() {
     let Some(program) = frictionless() else { return };
     let folder = two_sessions();
-    let study = folder.path().join("study");
-    assert_eq!(errors(&program, &study), BTreeSet::new());
+    let study = folder.path().join("study/simulated");
+    assert_eq!(errors(&program, &study, 3), BTreeSet::new());
 
     let file = answers_of(&study, "S02");
     let text = std::fs::read_to_string(&file).unwrap();
@@ -68,8 +73,38 @@ fn a_study_is_a_valid_data_package_and_a_damaged_one_is_not() {
     ] {
         assert_ne!(damaged, text);
         std::fs::write(&file, damaged).unwrap();
-        assert_eq!(errors(&program, &study), BTreeSet::from([kind.to_string()]));
+        assert_eq!(errors(&program, &study, 3), BTreeSet::from([kind.to_string()]));
     }
+}
+
+/// The protocol's own questions about the participant are columns with their options.
+#[test]
+fn the_participants_own_columns_are_valid_and_another_option_is_not() {
+    let Some(program) = frictionless() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mut protocol = protocols::load("demo").unwrap();
+    protocol.text.consent = Some("I agree.".into());
+    protocol.participant = vec![ParticipantField {
+        key: "sight".into(),
+        label: "Do you wear glasses?".into(),
+        options: vec!["glasses, \"thick\"".into(), "none".into()],
+    }];
+    let study = Study::open(folder.path(), &protocol, StudyKind::Real).unwrap();
+    for (code, fields) in [("P1", vec![("sight", "glasses, \"thick\"")]), ("P2", vec![])] {
+        let entered = study.enter(&NewParticipant {
+            subject: code.parse().unwrap(),
+            observer: PARTICIPANT.into(),
+            seed: 5,
+            fields: fields.into_iter().map(|(key, value)| (key.into(), value.into())).collect(),
+            consented_at: Some("2026-11-22T06:00:00.5Z".parse().unwrap()),
+        });
+        study.session(&entered.unwrap().subject, 1, 38).unwrap();
+    }
+    assert_eq!(errors(&program, folder.path(), 3), BTreeSet::new());
+    let table = folder.path().join("participants.csv");
+    let text = std::fs::read_to_string(&table).unwrap();
+    std::fs::write(&table, text.replace(",\"glasses, \"\"thick\"\"\"", ",monocle")).unwrap();
+    assert_eq!(errors(&program, folder.path(), 3), BTreeSet::from(["constraint-error".into()]));
 }
 
 /// What Psych-DS asks of a dataset: its description with all required keys, data files named by
@@ -77,7 +112,7 @@ fn a_study_is_a_valid_data_package_and_a_damaged_one_is_not() {
 #[test]
 fn a_study_is_named_and_described_as_psych_ds_asks() {
     let folder = two_sessions();
-    let study = folder.path().join("study");
+    let study = folder.path().join("study/simulated");
     let text = std::fs::read_to_string(study.join("dataset_description.json")).unwrap();
     let description: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(description["@context"], "https://schema.org/");

@@ -1,411 +1,488 @@
-//! The window in which people answer: code, instructions, practice, trials, breaks, end.
+//! The window in which people answer. First the operator's pages: which experiment, the check of the
+//! display, who it is. Then the participant's: consent, fusion card, instructions, practice, trials,
+//! breaks, end.
 //!
-//! Stimuli are drawn one image pixel to one physical pixel on neutral grey; their code values reach
-//! the screen unchanged. Times are read from the monotonic clock when a frame has been submitted.
-//! Closing the window at any moment leaves a session that can be continued.
+//! Stimuli are drawn one image pixel to one physical pixel on neutral grey and their code values reach
+//! the screen unchanged, unless the display profile asks for something else. Times are read from the
+//! monotonic clock when a frame has been submitted. Closing the window at any moment leaves a session
+//! that can be continued.
 
+mod asking;
+pub mod cards;
+pub mod check;
+mod experiment;
 mod frames;
+mod fusion;
+mod operator;
 mod pages;
 pub mod shell;
 
-use crate::presenter::{Presenter, show};
-use crate::record::RecordError;
-use crate::record::study::{PARTICIPANT, Study};
-use crate::run::{Outcome, RunError, SessionRequest, Sitting};
-use crate::session::{Input, Progress, Screen, Session};
-use crate::stimuli_set::StimulusSet;
-use frames::{FrameView, Loader};
+use crate::display::check::SESSION_FRAMES;
+use crate::run::{Entry, Outcome, RunError, SessionRequest, Sitting};
+use asking::Asking;
+use check::Checking;
+use experiment::{Experiment, offer};
+use frames::{Draw, FrameView};
+use fusion::Fusion;
 use jiff::Timestamp;
+use operator::{Form, Offer};
 use pages::Action;
-use shell::{App, Next, Shell, ShellError};
-use shutterlab_data_schema::response::{Answer, Clock};
-use shutterlab_data_schema::{ParticipantCode, Protocol};
-use std::sync::Arc;
-use std::time::{Duration, Instant};
+use shell::{App, Next, Shell};
+use shutterlab_data_schema::protocol::{Protocol, Unfit};
+use shutterlab_data_schema::{DisplayProfile, ParticipantCode};
+use std::time::Instant;
 use winit::keyboard::{Key, NamedKey};
 
 /// Runs the session of a participant in a window, from where it is to its end or until the window is
-/// closed. A session that is finished is left as it is, and no window opens.
+/// closed. If there are several requests, the operator chooses. A session that is finished is left as it
+/// is, and no window opens.
 ///
 /// Must be called from the main thread, once per process.
 ///
 /// # Errors
 /// See [`RunError`]. Answers given before the error are saved; running again goes on after them.
-pub fn run(request: &SessionRequest) -> Result<Outcome, RunError> {
-    let set = Arc::new(StimulusSet::open(&request.protocol, &request.stimuli)?);
-    set.verify()?;
-    let stage = match &request.participant {
-        Some(subject) => {
-            let mut sitting = Sitting::open(request, set.clone(), subject, PARTICIPANT)?;
-            if sitting.is_finished() {
-                return Ok(sitting.close()?);
-            }
-            Stage::Known(Box::new(sitting))
-        }
-        // What is wrong with the study is better said now than to the participant.
-        None => {
-            Study::open(&request.study, &request.protocol, request.pilot)?;
-            Stage::Code { text: String::new(), problem: None }
-        }
+pub fn run(requests: &[SessionRequest], profile: &DisplayProfile) -> Result<Outcome, RunError> {
+    let mut asker = Asker {
+        requests,
+        profile,
+        experiment: None,
+        stage: Stage::Choosing(vec![]),
+        view: None,
+        keys: vec![],
+        actions: vec![],
     };
-    let mut asker = Asker { request, set, stage, actions: vec![] };
-    let ended = shell::run(&format!("Shutterlab – {}", request.protocol.title), &mut asker);
-    let closed = match asker.stage {
-        Stage::Code { .. } => Err(RunError::Cancelled),
-        Stage::Known(mut sitting) => Ok(sitting.close()?),
-        Stage::Asking(mut asking) => Ok(asking.sitting.close()?),
+    if let [request] = requests {
+        let mut experiment = Experiment::open(request)?;
+        if experiment.sitting.as_ref().is_some_and(|sitting| sitting.is_finished())
+            && let Some(mut sitting) = experiment.sitting.take()
+        {
+            return Ok(sitting.close()?);
+        }
+        asker.choose(experiment);
+    } else {
+        asker.stage = Stage::Choosing(requests.iter().map(offer).collect());
+    }
+    let ended = shell::run(&asker.title(), profile, &mut asker);
+    if let Stage::Leaving(stage) = asker.stage {
+        asker.stage = *stage;
+    }
+    if let Stage::Refused(why) = &asker.stage {
+        return ended.and(Err(RunError::Unfit(why.join("; "))));
+    }
+    let sitting = match asker.stage {
+        Stage::Asking(asking) => Some(asking.sitting),
+        Stage::Known(sitting) => Some(*sitting),
+        Stage::Fusion(fusion) => Some(*fusion.sitting),
+        _ => asker.experiment.and_then(|experiment| experiment.sitting),
+    };
+    let closed = match sitting {
+        Some(mut sitting) => Ok(sitting.close()?),
+        None => Err(RunError::Cancelled),
     };
     ended.and(closed)
 }
 
 /// The session in its window.
 struct Asker<'a> {
-    request: &'a SessionRequest,
-    set: Arc<StimulusSet>,
+    requests: &'a [SessionRequest],
+    profile: &'a DisplayProfile,
+    experiment: Option<Experiment<'a>>,
     stage: Stage,
-    /// What was asked for and when.
+    /// Draws the photodiode's patch during the check.
+    view: Option<FrameView>,
+    /// Keys that were pressed and when. What each means is known once those before it are done.
+    keys: Vec<(Key, Instant)>,
+    /// What was asked for with buttons and when.
     actions: Vec<(Action, Instant)>,
 }
 
 enum Stage {
+    /// Which experiment?
+    Choosing(Vec<Offer>),
+    /// How does the display take frames?
+    Checking(Checking),
+    /// The display does not fit.
+    Refused(Vec<String>),
     /// Who is it?
-    Code { text: String, problem: Option<String> },
-    /// We know who, but the window is not there yet.
+    Form(Form),
+    /// The participant is known; go on with that session?
+    Resume(Box<Sitting>),
+    /// Does the participant agree?
+    Consent(Entry),
+    /// Do the two eyes' images reach the eyes?
+    Fusion(Box<Fusion>),
+    /// Does the participant want to leave before the session?
+    Leaving(Box<Stage>),
+    /// The session is about to begin.
     Known(Box<Sitting>),
     /// The session runs.
     Asking(Box<Asking>),
 }
-
-struct Asking {
-    sitting: Sitting,
-    session: Session,
-    opened: Instant,
-    loader: Loader,
-    view: FrameView,
-    overlay: Option<Overlay>,
-}
-
-/// What is in front of the session.
-enum Overlay {
-    /// Does the participant really want to leave?
-    Leaving,
-    /// Something failed that can be tried again.
-    Problem(String),
-}
-
-/// How long to wait before looking again whether a trial's frames are there.
-const LOADING_POLL: Duration = Duration::from_millis(10);
-
-/// Shortest time between two redraws, so that a window that cannot be seen does not keep a core busy.
-const SHORTEST_WAIT: Duration = Duration::from_millis(1);
 
 impl App for Asker<'_> {
     type Error = RunError;
 
     fn start(&mut self, shell: &mut Shell) -> Result<(), RunError> {
         pages::set_style(shell.egui());
-        self.begin_if_known(shell);
         Ok(())
     }
 
-    fn key(&mut self, key: &Key) -> bool {
-        let action = match &self.stage {
-            Stage::Code { .. } | Stage::Known(_) => match key {
-                Key::Named(NamedKey::Enter) => Some(Action::Submit),
-                Key::Named(NamedKey::Escape) => Some(Action::Leave),
-                _ => None,
-            },
-            Stage::Asking(asking) => match &asking.overlay {
-                Some(overlay) => key_over(overlay, key),
-                None => key_in_session(key),
-            },
-        };
-        self.actions.extend(action.map(|action| (action, Instant::now())));
-        // A key that means something goes no further, lest it also press a button.
-        action.is_some()
+    fn key(&mut self, key: &Key, at: Instant) -> bool {
+        // Where the keys go has to be known before the next one comes.
+        if let Some(action @ (Action::Focus(_) | Action::Option(_))) = self.meaning(key) {
+            self.move_in_form(action);
+            return true;
+        }
+        // What the form has no use for is typed into it. Nothing else may also press a button.
+        let is_ours = !matches!(key, Key::Named(NamedKey::PageUp | NamedKey::PageDown))
+            && (!matches!(self.stage, Stage::Form(_)) || self.meaning(key).is_some());
+        if is_ours {
+            self.keys.push((key.clone(), at));
+        }
+        is_ours
     }
 
     fn redraw(&mut self, shell: &mut Shell) -> Result<Next, RunError> {
-        let asked = std::mem::take(&mut self.actions);
-        if !asked.is_empty() {
+        let keys = std::mem::take(&mut self.keys);
+        if !keys.is_empty() && matches!(self.stage, Stage::Form(_)) {
             // Enter may have come in one go with the last letters: let the page take those first.
-            self.draw_code(shell)?;
+            self.draw_page(shell)?;
         }
-        for (action, at) in asked {
-            if self.act(action, at, shell) == Next::Exit {
+        for (action, at) in std::mem::take(&mut self.actions) {
+            if self.act(action, at, shell)? == Next::Exit {
                 return Ok(Next::Exit);
             }
         }
+        for (key, at) in keys {
+            if let Some(action) = self.meaning(&key)
+                && self.act(action, at, shell)? == Next::Exit
+            {
+                return Ok(Next::Exit);
+            }
+            if let Stage::Known(_) = self.stage {
+                self.begin(shell);
+            }
+        }
+        if let Stage::Known(_) = self.stage {
+            self.begin(shell);
+        }
         let next = match &mut self.stage {
-            Stage::Asking(asking) => {
-                asking.work(shell);
-                asking.draw(shell, &self.request.protocol, self.request.pilot, &mut self.actions)?
-            }
-            Stage::Code { .. } => {
-                self.draw_code(shell)?;
-                Next::OnEvent
-            }
-            Stage::Known(_) => Next::OnEvent,
+            Stage::Asking(asking) => asking.draw(shell, &mut self.actions)?,
+            Stage::Checking(_) => self.check(shell)?,
+            _ => self.draw_page(shell)?,
         };
         // A button was pressed: do what it says at once.
         Ok(if self.actions.is_empty() { next } else { Next::At(Instant::now()) })
     }
 }
 
-impl Asker<'_> {
-    /// Draws the page that asks for the code, if that is where the session is.
-    fn draw_code(&mut self, shell: &mut Shell) -> Result<(), RunError> {
-        let Stage::Code { text, problem } = &mut self.stage else { return Ok(()) };
-        let (pilot, actions) = (self.request.pilot, &mut self.actions);
-        shell.draw(
-            grey(),
-            |_| {},
-            |ui| {
-                actions.extend(now(pages::code(ui, text, problem.as_deref())));
-                if pilot {
-                    pages::pilot_banner(ui);
-                }
-            },
-        )?;
-        Ok(())
+impl<'a> Asker<'a> {
+    fn title(&self) -> String {
+        match &self.experiment {
+            Some(experiment) => format!("Shutterlab – {}", experiment.protocol().title),
+            None => "Shutterlab".into(),
+        }
     }
 
-    fn act(&mut self, action: Action, at: Instant, shell: &Shell) -> Next {
+    /// What `key` means now.
+    fn meaning(&self, key: &Key) -> Option<Action> {
+        match &self.stage {
+            Stage::Asking(asking) => asking.meaning(key),
+            other => meaning(other, key),
+        }
+    }
+
+    fn choose(&mut self, experiment: Experiment<'a>) {
+        self.experiment = Some(experiment);
+        self.stage = Stage::Checking(Checking::new(SESSION_FRAMES));
+    }
+
+    /// Draws a page of the operator's or the participant's before the session.
+    fn draw_page(&mut self, shell: &mut Shell) -> Result<Next, RunError> {
+        let pilot = self.requests.iter().any(|request| request.pilot);
+        let (stage, actions) = (&mut self.stage, &mut self.actions);
+        let experiment = self.experiment.as_ref();
+        let protocol = experiment.map(Experiment::protocol);
+        let mut page = |ui: &mut egui::Ui, action: Option<Action>| {
+            actions.extend(now(action));
+            if pilot {
+                pages::pilot_banner(ui);
+            }
+        };
+        match (stage, protocol) {
+            (Stage::Fusion(fusion), Some(protocol)) => {
+                let draw = Draw { sequence: 0, frame: 0, centre: [0, 0] };
+                shell.draw(
+                    |pass, number, window_px| fusion.view.paint(pass, number, window_px, &[draw]),
+                    |ui| {
+                        pages::caption(ui, &protocol.words.fusion);
+                        page(ui, None);
+                    },
+                )?;
+            }
+            (stage, protocol) => {
+                let faults = experiment.and_then(|e| e.viewing.as_ref());
+                let faults = faults.map_or(&[][..], |viewing| viewing.faults.as_slice());
+                let summary = experiment.map(|e| e.report.to_string()).unwrap_or_default();
+                shell.draw(
+                    |_, _, _| {},
+                    |ui| {
+                        let action = before(ui, stage, protocol, &summary, faults);
+                        page(ui, action);
+                    },
+                )?;
+            }
+        }
+        Ok(Next::OnEvent)
+    }
+
+    /// Goes on with the check of the display, and judges at its end.
+    fn check(&mut self, shell: &mut Shell) -> Result<Next, RunError> {
+        let Stage::Checking(checking) = &mut self.stage else { return Ok(Next::OnEvent) };
+        let view = self.view.get_or_insert_with(|| FrameView::new(shell, self.profile));
+        if let Some(next) = checking.redraw(shell, view, "The display is being checked.")? {
+            return Ok(next);
+        }
+        let Some(experiment) = &mut self.experiment else { return Ok(Next::Exit) };
+        let check = checking.judge(shell, self.profile, Some(experiment.angle()));
+        let refused = experiment.take_check(shell, self.profile, check);
+        let sitting = experiment.sitting.take();
+        self.stage = match sitting {
+            _ if !refused.is_empty() => Stage::Refused(refused),
+            Some(sitting) => self.before_session(Box::new(sitting), shell),
+            None => {
+                let code = experiment.request.participant.as_ref();
+                let code = code.map_or(String::new(), ToString::to_string);
+                let fields = &experiment.protocol().participant;
+                if !code.is_empty() && fields.is_empty() {
+                    self.actions.push((Action::Submit, Instant::now()));
+                }
+                Stage::Form(Form::new(fields, code))
+            }
+        };
+        Ok(Next::At(Instant::now()))
+    }
+
+    fn act(&mut self, action: Action, at: Instant, shell: &Shell) -> Result<Next, RunError> {
         match (&mut self.stage, action) {
-            (_, Action::Leave) => return Next::Exit,
-            (Stage::Code { .. }, Action::Submit) => {
-                self.submit_code();
-                self.begin_if_known(shell);
+            // Back to the form; the session that was found is let go.
+            (Stage::Resume(sitting), Action::Stay) => {
+                sitting.close()?;
+                self.stage = self.empty_form();
             }
-            (Stage::Asking(asking), Action::Session(Input::Interrupt)) => {
-                asking.input(Input::Interrupt, at);
-                asking.overlay = Some(Overlay::Leaving);
+            (_, Action::Leave) => return Ok(Next::Exit),
+            (Stage::Leaving(_), Action::Stay) => {
+                if let Stage::Leaving(stage) = self.take_stage() {
+                    self.stage = *stage;
+                }
             }
-            (Stage::Asking(asking), Action::Session(input)) if asking.overlay.is_none() => {
-                asking.input(input, at);
+            (_, Action::AskToLeave) => self.stage = Stage::Leaving(Box::new(self.take_stage())),
+            (Stage::Choosing(offers), Action::Choose(place)) => {
+                let request = self.requests.get(place);
+                if let (Some(offer), Some(request)) = (offers.get_mut(place), request)
+                    && offer.obstacle.is_none()
+                {
+                    match Experiment::open(request) {
+                        Ok(experiment) => self.choose(experiment),
+                        Err(error) => offer.obstacle = Some(error.to_string()),
+                    }
+                }
             }
-            (Stage::Asking(asking), Action::Stay | Action::Retry) => asking.overlay = None,
+            (Stage::Form(_), Action::Submit) => self.submit_form(shell),
+            (Stage::Resume(_), Action::Submit) => {
+                if let Stage::Resume(sitting) = self.take_stage() {
+                    self.stage = self.before_session(sitting, shell);
+                }
+            }
+            (Stage::Consent(_), Action::Submit) => {
+                if let Stage::Consent(entry) = self.take_stage() {
+                    self.enter(Entry { consented_at: Some(Timestamp::now()), ..entry }, shell);
+                }
+            }
+            (Stage::Fusion(_), Action::Choose(place)) => self.read_card(place, shell),
+            (Stage::Asking(asking), action) => asking.act(action, at),
             _ => {}
         }
-        Next::OnEvent
+        Ok(Next::OnEvent)
     }
 
-    fn submit_code(&mut self) {
-        let Stage::Code { text, problem } = &mut self.stage else { return };
-        let opened = text.parse::<ParticipantCode>().map_err(|error| error.to_string()).and_then(
-            |subject| {
-                Sitting::open(self.request, self.set.clone(), &subject, PARTICIPANT)
-                    .map_err(|error| error.to_string())
-            },
-        );
-        match opened {
-            Ok(sitting) if sitting.is_finished() => {
-                *problem = Some(format!("The session of {} is already finished.", text.trim()));
+    fn move_in_form(&mut self, action: Action) {
+        let fields = self.experiment.as_ref().map_or(&[][..], |e| &e.protocol().participant);
+        if let Stage::Form(form) = &mut self.stage {
+            match action {
+                Action::Focus(by) => form.move_focus(by),
+                Action::Option(by) => form.move_choice(fields, by),
+                _ => {}
             }
-            Ok(sitting) => self.stage = Stage::Known(Box::new(sitting)),
-            Err(error) => *problem = Some(error),
         }
     }
 
-    fn begin_if_known(&mut self, shell: &Shell) {
-        let unknown = Stage::Code { text: String::new(), problem: None };
-        self.stage = match std::mem::replace(&mut self.stage, unknown) {
-            Stage::Known(sitting) => Stage::Asking(Box::new(Asking::new(*sitting, shell))),
-            other => other,
+    fn empty_form(&self) -> Stage {
+        let fields = self.experiment.as_ref().map(|e| &e.protocol().participant);
+        Stage::Form(Form::new(fields.map_or(&[][..], Vec::as_slice), String::new()))
+    }
+
+    /// The stage, with an empty form in its place.
+    fn take_stage(&mut self) -> Stage {
+        let empty = self.empty_form();
+        std::mem::replace(&mut self.stage, empty)
+    }
+
+    /// Takes the form in: a known participant goes on, a new one is asked for consent or entered.
+    fn submit_form(&mut self, shell: &Shell) {
+        let (Stage::Form(form), Some(experiment)) = (&mut self.stage, &self.experiment) else {
+            return;
+        };
+        match submitted(form, experiment) {
+            Ok(Submitted::Known(sitting)) => self.stage = Stage::Resume(sitting),
+            Ok(Submitted::New(entry)) if experiment.protocol().text.consent.is_some() => {
+                self.stage = Stage::Consent(entry);
+            }
+            Ok(Submitted::New(entry)) => self.enter(entry, shell),
+            Err(problem) => form.problem = Some(problem),
+        }
+    }
+
+    /// Enters a new participant and opens the session.
+    fn enter(&mut self, entry: Entry, shell: &Shell) {
+        let Some(experiment) = &self.experiment else { return };
+        self.stage = match Sitting::open(experiment.request, experiment.set.clone(), &entry) {
+            Ok(sitting) => self.before_session(Box::new(sitting), shell),
+            Err(error) => {
+                let mut form =
+                    Form::new(&experiment.protocol().participant, entry.subject.to_string());
+                form.problem = Some(error.to_string());
+                Stage::Form(form)
+            }
         };
     }
-}
 
-impl Asking {
-    fn new(sitting: Sitting, shell: &Shell) -> Self {
-        let session = sitting.session(shell.display(), Clock::Submission);
-        let mut loader = Loader::new(sitting.set.clone());
-        if let Some(trial) = session.trial() {
-            loader.prefetch(trial);
+    /// The fusion card, if there is something to fuse; then the session.
+    fn before_session(&self, sitting: Box<Sitting>, shell: &Shell) -> Stage {
+        if !self.experiment.as_ref().is_some_and(Experiment::is_stereo) {
+            return Stage::Known(sitting);
         }
-        let view = FrameView::new(shell);
-        Self { sitting, session, opened: Instant::now(), loader, view, overlay: None }
+        Stage::Fusion(Box::new(Fusion::new(sitting, self.profile, shell)))
     }
 
-    fn now_s(&self) -> f64 {
-        self.opened.elapsed().as_secs_f64()
-    }
-
-    fn input(&mut self, input: Input, at: Instant) {
-        let at_s = at.saturating_duration_since(self.opened).as_secs_f64();
-        self.session.input(input, at_s, Timestamp::now());
-    }
-
-    /// Saves an answer that waits to be saved, and begins a trial that waits to begin.
-    fn work(&mut self, shell: &Shell) {
-        if self.overlay.is_none()
-            && let Err(problem) = self.save_and_begin(shell)
-        {
-            self.overlay = Some(Overlay::Problem(problem));
+    /// Takes what was read from the fusion card.
+    fn read_card(&mut self, place: usize, shell: &Shell) {
+        let Stage::Fusion(fusion) = &mut self.stage else { return };
+        let Some(is_read) = fusion.read(place, shell) else { return };
+        let Stage::Fusion(fusion) = self.take_stage() else { return };
+        self.stage = Stage::Known(fusion.sitting);
+        if is_read {
+            return;
         }
-    }
-
-    fn save_and_begin(&mut self, shell: &Shell) -> Result<(), String> {
-        let text = |error: RecordError| error.to_string();
-        self.session.save(&mut self.sitting.recorder).map_err(text)?;
-        let Some(trial) = self.session.waiting().cloned() else { return Ok(()) };
-        if self.view.trial() != Some(trial.number) {
-            let Some(decoded) = self.loader.take(&trial)? else { return Ok(()) };
-            self.view.upload(shell, decoded);
-        }
-        if self.is_too_small(shell) {
-            return Ok(());
-        }
-        self.session.begin(self.now_s(), &mut self.sitting.recorder).map_err(text)?;
-        if let Some(upcoming) = self.session.upcoming() {
-            self.loader.prefetch(upcoming);
-        }
-        Ok(())
-    }
-
-    fn image_px(&self) -> [u32; 2] {
-        self.sitting.set.stimulus(0).frame_size_px()
-    }
-
-    fn is_too_small(&self, shell: &Shell) -> bool {
-        let (window, image) = (shell.size_px(), self.image_px());
-        window[0] < image[0] || window[1] < image[1]
-    }
-
-    fn draw(
-        &mut self,
-        shell: &mut Shell,
-        protocol: &Protocol,
-        pilot: bool,
-        actions: &mut Vec<(Action, Instant)>,
-    ) -> Result<Next, RunError> {
-        if let Some(overlay) = &self.overlay {
-            shell.draw(
-                grey(),
-                |_| {},
-                |ui| {
-                    actions.extend(now(match overlay {
-                        Overlay::Leaving => pages::leaving(ui),
-                        Overlay::Problem(problem) => pages::problem(ui, problem),
-                    }));
-                    if pilot {
-                        pages::pilot_banner(ui);
-                    }
-                },
-            )?;
-            return Ok(Next::OnEvent);
-        }
-        let too_small = self.is_too_small(shell).then(|| self.image_px());
-        if too_small.is_some() {
-            // What there is no room for is not seen: the trial begins again once there is.
-            self.input(Input::Interrupt, Instant::now());
-        }
-        let progress = self.session.progress();
-        let view = &self.view;
-        let opened = self.opened;
-        let mut presenter =
-            WindowPresenter { shell, view, opened, protocol, pilot, progress, too_small, actions };
-        let screen = show(&mut self.session, &mut presenter)?;
-        Ok(match (screen, self.session.next_change_s()) {
-            (Screen::Over, _) => Next::Exit,
-            (_, Some(change_s)) => {
-                let change = self.opened + Duration::from_secs_f64(change_s.max(0.0));
-                Next::At(change.max(Instant::now() + SHORTEST_WAIT))
+        let fault = "fusion card: not read".to_string();
+        let Some(experiment) = &mut self.experiment else { return };
+        if experiment.protocol().presentation.display_check == Unfit::Refuse {
+            if let Stage::Known(sitting) =
+                std::mem::replace(&mut self.stage, Stage::Refused(vec![fault]))
+            {
+                experiment.sitting = Some(*sitting);
             }
-            (Screen::Grey, None) => Next::At(Instant::now() + LOADING_POLL),
-            (_, None) => Next::OnEvent,
-        })
+        } else if let Some(viewing) = &mut experiment.viewing {
+            viewing.faults.push(fault);
+        }
+    }
+
+    /// Begins the session that is known.
+    fn begin(&mut self, shell: &Shell) {
+        if let Some(viewing) = self.experiment.as_ref().and_then(|e| e.viewing.clone())
+            && let Stage::Known(sitting) = self.take_stage()
+        {
+            let pilot = self.requests.iter().any(|request| request.pilot);
+            let asking = Asking::new(*sitting, viewing, self.profile, pilot, shell);
+            self.stage = Stage::Asking(Box::new(asking));
+        }
     }
 }
 
-/// Shows a session's screens in the window.
-struct WindowPresenter<'a> {
-    shell: &'a mut Shell,
-    view: &'a FrameView,
-    opened: Instant,
-    protocol: &'a Protocol,
-    pilot: bool,
-    progress: Option<Progress>,
-    /// Size of the stimuli, if the window is smaller.
-    too_small: Option<[u32; 2]>,
-    actions: &'a mut Vec<(Action, Instant)>,
+/// Who is in the form.
+enum Submitted {
+    /// Somebody who has a session already.
+    Known(Box<Sitting>),
+    /// Somebody new.
+    New(Entry),
 }
 
-impl Presenter for WindowPresenter<'_> {
-    type Error = ShellError;
-
-    fn clock(&self) -> Clock {
-        Clock::Submission
+/// Reads the form; an error says what is to be mended in it.
+fn submitted(form: &mut Form, experiment: &Experiment<'_>) -> Result<Submitted, String> {
+    let text = |error: &dyn std::fmt::Display| error.to_string();
+    let subject: ParticipantCode = form.code.parse().map_err(|e| text(&e))?;
+    if experiment.study.find(&subject).map_err(|e| text(&e))?.is_none() {
+        let fields = form.answers(&experiment.protocol().participant)?;
+        return Ok(Submitted::New(Entry { fields, ..Entry::person(&subject) }));
     }
-
-    fn now_s(&self) -> f64 {
-        self.opened.elapsed().as_secs_f64()
+    let entry = Entry::person(&subject);
+    let sitting = Sitting::open(experiment.request, experiment.set.clone(), &entry);
+    let mut sitting = sitting.map_err(|e| text(&e))?;
+    if sitting.is_finished() {
+        sitting.close().map_err(|e| text(&e))?;
+        return Err(format!("The session of {subject} is already finished."));
     }
+    Ok(Submitted::Known(Box::new(sitting)))
+}
 
-    fn present(&mut self, screen: Screen) -> Result<Option<f64>, ShellError> {
-        let window = self.shell.size_px();
-        let (view, too_small, progress) = (self.view, self.too_small, self.progress);
-        let (protocol, pilot, actions) = (self.protocol, self.pilot, &mut *self.actions);
-        let shown = self.shell.draw(
-            grey(),
-            |pass| {
-                if let (Screen::Frame { interval, index }, None) = (screen, too_small) {
-                    view.paint(pass, window, interval, index);
-                }
-            },
-            |ui| {
-                actions.extend(now(match (screen, too_small) {
-                    (Screen::Page(page), _) => pages::page(ui, page, &protocol.text, progress),
-                    (Screen::Question, _) => pages::question(ui, &protocol.question, progress),
-                    (Screen::Grey | Screen::Frame { .. }, Some(image)) => {
-                        pages::too_small(ui, window, image);
-                        None
-                    }
-                    _ => {
-                        ui.ctx().set_cursor_icon(egui::CursorIcon::None);
-                        None
-                    }
-                }));
-                if pilot {
-                    pages::pilot_banner(ui);
-                }
-            },
-        )?;
-        // A frame that there was no room for was not seen.
-        let seen = shown.filter(|_| too_small.is_none() || !matches!(screen, Screen::Frame { .. }));
-        Ok(seen.map(|at| (at - self.opened).as_secs_f64()))
+/// Draws a page that is only words and fields.
+fn before(
+    ui: &mut egui::Ui,
+    stage: &mut Stage,
+    protocol: Option<&Protocol>,
+    summary: &str,
+    faults: &[String],
+) -> Option<Action> {
+    match (stage, protocol) {
+        (Stage::Choosing(offers), _) => operator::choose(ui, offers),
+        (Stage::Refused(why), _) => operator::refused(ui, why),
+        (Stage::Form(form), Some(protocol)) => {
+            operator::form(ui, form, &protocol.participant, summary, faults)
+        }
+        (Stage::Resume(sitting), _) => operator::resume(ui, &sitting.outcome()),
+        (Stage::Leaving(_), Some(protocol)) => pages::leaving(ui, &protocol.words, None),
+        (Stage::Consent(_), Some(protocol)) => {
+            let text = protocol.text.consent.as_deref().unwrap_or_default();
+            pages::consent(ui, text, &protocol.words)
+        }
+        _ => None,
+    }
+}
+
+/// What a key means before the session.
+fn meaning(stage: &Stage, key: &Key) -> Option<Action> {
+    use NamedKey::{ArrowDown, ArrowLeft, ArrowRight, ArrowUp, Enter, Escape, Tab};
+    match (stage, key.as_ref()) {
+        (Stage::Checking(_), _) => None,
+        (Stage::Choosing(offers), Key::Character(key)) => {
+            let number = operator::KEYS.find(&key.to_lowercase())?;
+            operator::open(offers).map(|(place, _)| Action::Choose(place)).nth(number)
+        }
+        (Stage::Form(_), Key::Named(ArrowUp)) => Some(Action::Focus(-1)),
+        (Stage::Form(_), Key::Named(ArrowDown | Tab)) => Some(Action::Focus(1)),
+        (Stage::Form(form), Key::Named(ArrowLeft)) if !form.is_in_code() => {
+            Some(Action::Option(-1))
+        }
+        (Stage::Form(form), Key::Named(ArrowRight)) if !form.is_in_code() => {
+            Some(Action::Option(1))
+        }
+        (Stage::Form(_) | Stage::Resume(_), Key::Named(Enter)) => Some(Action::Submit),
+        (Stage::Resume(_), Key::Named(Escape)) => Some(Action::Stay),
+        (Stage::Consent(_), Key::Character("y" | "Y")) => Some(Action::Submit),
+        (Stage::Consent(_), Key::Character("n" | "N")) => Some(Action::Leave),
+        (Stage::Fusion(_), Key::Named(ArrowUp)) => Some(Action::Choose(0)),
+        (Stage::Fusion(_), Key::Named(ArrowDown)) => Some(Action::Choose(1)),
+        (Stage::Fusion(_), Key::Named(ArrowLeft)) => Some(Action::Choose(2)),
+        (Stage::Fusion(_), Key::Named(ArrowRight)) => Some(Action::Choose(3)),
+        (Stage::Consent(_) | Stage::Fusion(_), Key::Named(Escape)) => Some(Action::AskToLeave),
+        (Stage::Leaving(_), Key::Named(Enter | Escape)) => Some(Action::Stay),
+        (Stage::Leaving(_), Key::Character("l" | "L")) => Some(Action::Leave),
+        (Stage::Refused(_), Key::Named(Enter)) | (_, Key::Named(Escape)) => Some(Action::Leave),
+        _ => None,
     }
 }
 
 /// `action` as asked for at this moment.
 fn now(action: Option<Action>) -> Option<(Action, Instant)> {
     action.map(|action| (action, Instant::now()))
-}
-
-fn key_in_session(key: &Key) -> Option<Action> {
-    let input = match key.as_ref() {
-        Key::Named(NamedKey::Enter | NamedKey::Space) => Input::Continue,
-        Key::Character("1") | Key::Named(NamedKey::ArrowLeft) => Input::Answer(Answer::First),
-        Key::Character("2") | Key::Named(NamedKey::ArrowRight) => Input::Answer(Answer::Second),
-        Key::Character("q" | "Q") => Input::Replay(Answer::First),
-        Key::Character("w" | "W") => Input::Replay(Answer::Second),
-        Key::Named(NamedKey::Escape) => Input::Interrupt,
-        _ => return None,
-    };
-    Some(Action::Session(input))
-}
-
-fn key_over(overlay: &Overlay, key: &Key) -> Option<Action> {
-    match (overlay, key.as_ref()) {
-        (_, Key::Character("l" | "L")) => Some(Action::Leave),
-        (Overlay::Leaving, Key::Named(NamedKey::Enter | NamedKey::Escape)) => Some(Action::Stay),
-        (Overlay::Problem(_), Key::Named(NamedKey::Enter)) => Some(Action::Retry),
-        _ => None,
-    }
-}
-
-/// The neutral grey of [`pages::GREY`]; the surface takes code values as they are.
-fn grey() -> wgpu::Color {
-    let code = f64::from(pages::GREY) / 255.0;
-    wgpu::Color { r: code, g: code, b: code, a: 1.0 }
 }

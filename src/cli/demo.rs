@@ -8,6 +8,7 @@ use crate::pipelines::DeviceChoice;
 use anyhow::Context;
 use shutterlab_analysis::{analyze, report, responses};
 use shutterlab_data_schema::files::create_folder;
+use shutterlab_data_schema::study::StudyKind;
 use shutterlab_experiments::{SessionRequest, protocols, run_simulated};
 use shutterlab_stimuli::generate::Request;
 use shutterlab_stimuli::{Grid, Selection};
@@ -53,6 +54,8 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     }
 
     eprintln!("3/3 analysing");
+    // Simulated answers have a folder of their own in the study.
+    let study = StudyKind::Simulated.folder(&study);
     let analysis = analyze(&responses::read(&study)?, 0.01)?;
     let command = format!("shutterlab demo -o {}", args.out.display());
     let thumbnails = read_thumbnails(&study)?;

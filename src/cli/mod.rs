@@ -7,13 +7,16 @@
 mod analyze;
 mod demo;
 mod devices;
+mod display;
 mod progress;
 mod render;
 mod run;
 #[cfg(feature = "screen")]
 mod screen;
 mod slurm;
+mod status;
 mod validate;
+mod withdraw;
 
 use clap::Parser;
 use std::io::Write;
@@ -31,11 +34,14 @@ struct Cli {
 enum Verb {
     Demo(demo::Args),
     Render(render::Args),
-    Run(run::Args),
+    Run(Box<run::Args>),
+    Status(status::Args),
+    Withdraw(withdraw::Args),
     Analyze(analyze::Args),
     Validate(validate::Args),
     #[cfg(feature = "screen")]
     Screen(screen::Args),
+    Display(display::Args),
     Devices(devices::Args),
 }
 
@@ -74,10 +80,13 @@ pub fn main() -> ExitCode {
         Verb::Demo(args) => demo::run(&args),
         Verb::Render(args) => render::run(&args),
         Verb::Run(args) => run::run(&args),
+        Verb::Status(args) => status::run(&args),
+        Verb::Withdraw(args) => withdraw::run(&args),
         Verb::Analyze(args) => analyze::run(&args),
         Verb::Validate(args) => validate::run(&args),
         #[cfg(feature = "screen")]
         Verb::Screen(args) => screen::run(&args),
+        Verb::Display(args) => display::run(&args),
         Verb::Devices(args) => devices::run(&args),
     };
     match done {

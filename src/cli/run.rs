@@ -1,11 +1,13 @@
 //! `shutterlab run`: a session, in a window or with a simulated observer.
 
-use super::{UsageError, say};
+use super::{UsageError, counted, say};
 use anyhow::Context;
 use shutterlab_analysis::published;
-use shutterlab_data_schema::{ParticipantCode, Votes};
+use shutterlab_data_schema::study::StudyKind;
+use shutterlab_data_schema::{Cohort, ParticipantCode, Protocol, Votes};
 use shutterlab_experiments::{
-    Outcome, SessionRequest, SimulatedObserver, protocols, run_simulated,
+    CohortOutcome, CohortRequest, Outcome, SessionRequest, SimulatedObserver, protocols,
+    run_cohort, run_simulated,
 };
 use std::path::{Path, PathBuf};
 
@@ -13,8 +15,9 @@ use std::path::{Path, PathBuf};
 /// on with an interrupted session.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A shipped protocol (demo) or a protocol file
-    protocol: String,
+    /// A shipped protocol or a protocol file; without it, that of the study, or the one chosen in the
+    /// window
+    protocol: Option<String>,
     /// Folder of the rendered sequences
     #[arg(long, value_name = "DIR")]
     stimuli: PathBuf,
@@ -28,41 +31,94 @@ pub struct Args {
     /// of a published vote table (such as mono-shutter-sampling)
     #[arg(long, value_name = "simulated:NAME", value_parser = parse_observer)]
     observer: Option<SimulatedObserver>,
+    /// A file of simulated observers, who all answer at once, into STUDY/simulated
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["participant", "observer", "display", "pilot"])]
+    cohort: Option<PathBuf>,
+    /// The profile of the display in front of the participant
+    #[arg(long, value_name = "FILE")]
+    display: Option<PathBuf>,
     /// A trial run: its answers are kept apart and never count
     #[arg(long)]
     pilot: bool,
 }
 
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
-    let is_file = Path::new(&args.protocol).exists();
-    let protocol = protocols::load(&args.protocol)
-        .map_err(|error| if is_file { error.into() } else { UsageError::from(error) })?;
-    let request = SessionRequest {
-        protocol,
-        stimuli: args.stimuli.clone(),
-        study: args.study.clone(),
-        participant: args.participant.clone(),
-        pilot: args.pilot,
-    };
-    let outcome = match &args.observer {
-        Some(_) if args.participant.is_none() => {
+    let requests: Vec<SessionRequest> = protocols_of(args)?
+        .into_iter()
+        .map(|protocol| SessionRequest {
+            protocol,
+            stimuli: args.stimuli.clone(),
+            study: args.study.clone(),
+            participant: args.participant.clone(),
+            pilot: args.pilot,
+        })
+        .collect();
+    if let [request] = requests.as_slice() {
+        eprintln!("{}: {}", request.protocol.name, request.design()?);
+    }
+    if let Some(file) = &args.cohort {
+        let [request] = requests.as_slice() else {
+            return Err(UsageError::from("run: PROTOCOL: none given: a cohort needs one"));
+        };
+        return in_cohort(request, file);
+    }
+    let outcome = match (&args.observer, requests.as_slice()) {
+        (Some(_), _) if args.participant.is_none() => {
             return Err(UsageError::from(
                 "run: --participant: none given: a simulated observer needs a code",
             ));
         }
-        Some(observer) => run_simulated(&request, observer)?,
-        None => in_window(&request)?,
+        (Some(observer), [request]) => run_simulated(request, observer)?,
+        (Some(_), _) => {
+            return Err(UsageError::from(
+                "run: PROTOCOL: none given: a simulated observer needs one",
+            ));
+        }
+        (None, requests) => in_window(requests, args.display.as_deref())?,
     };
     report(&outcome)
 }
 
+fn in_cohort(request: &SessionRequest, file: &Path) -> anyhow::Result<()> {
+    let SessionRequest { protocol, stimuli, study, .. } = request.clone();
+    let tables = file.parent().unwrap_or(Path::new("")).into();
+    let cohort = Cohort::read(file)?;
+    let CohortOutcome { study, sessions_now, sessions_before, answers_now } =
+        run_cohort(&CohortRequest { protocol, stimuli, study, cohort, tables })?;
+    let sessions = counted(sessions_now, "session");
+    let answers = counted(answers_now, "answer");
+    say(&format!("{sessions} now, {sessions_before} before; {answers}, in {}", study.display()))
+}
+
+/// The protocol that is given or that the study was begun with, or else all shipped ones.
+fn protocols_of(args: &Args) -> anyhow::Result<Vec<Protocol>> {
+    let Some(name) = &args.protocol else {
+        let kind = match (args.pilot, args.observer.is_some() || args.cohort.is_some()) {
+            (true, _) => StudyKind::Pilot,
+            (false, true) => StudyKind::Simulated,
+            (false, false) => StudyKind::Real,
+        };
+        let begun = kind.folder(&args.study).join("protocol.toml");
+        return match begun.exists() {
+            true => Ok(vec![Protocol::read(&begun)?]),
+            false => Ok(protocols::shipped()?),
+        };
+    };
+    let is_file = Path::new(name).exists();
+    let protocol = protocols::load(name)
+        .map_err(|error| if is_file { error.into() } else { UsageError::from(error) })?;
+    Ok(vec![protocol])
+}
+
 #[cfg(feature = "window")]
-fn in_window(request: &SessionRequest) -> anyhow::Result<Outcome> {
-    Ok(shutterlab_experiments::window::run(request)?)
+fn in_window(requests: &[SessionRequest], display: Option<&Path>) -> anyhow::Result<Outcome> {
+    use shutterlab_data_schema::DisplayProfile;
+    let profile = display.map_or_else(|| Ok(DisplayProfile::identity()), DisplayProfile::read)?;
+    Ok(shutterlab_experiments::window::run(requests, &profile)?)
 }
 
 #[cfg(not(feature = "window"))]
-fn in_window(_: &SessionRequest) -> anyhow::Result<Outcome> {
+fn in_window(_: &[SessionRequest], _: Option<&Path>) -> anyhow::Result<Outcome> {
     anyhow::bail!(
         "run: this build has no window (feature `window`); it runs simulated observers only"
     )

@@ -5,7 +5,11 @@ use super::{counted, say};
 use crate::render::Renderer;
 use crate::scene::import;
 use anyhow::{Context, anyhow};
-use shutterlab_data_schema::Protocol;
+use shutterlab_data_schema::cohort::Cohort;
+use shutterlab_data_schema::protocol::Task;
+use shutterlab_data_schema::study::StudyKind;
+use shutterlab_data_schema::{DisplayProfile, Protocol, definition};
+use shutterlab_experiments::record::status::status;
 use shutterlab_stimuli::generate::ORIGIN_FILE as UNFINISHED;
 use shutterlab_stimuli::manifest::FILE_NAME;
 use shutterlab_stimuli::verify::{Agreement, VerifyError, verify};
@@ -13,15 +17,30 @@ use shutterlab_stimuli::{Grid, Scene, Sequence};
 use std::hash::{BuildHasher, RandomState};
 use std::path::{Path, PathBuf};
 
+/// What tells a display profile.
+const DISPLAY_KEYS: [&str; 11] = [
+    "screen",
+    "transfer",
+    "stereo",
+    "photodiode",
+    "magnification",
+    "refresh_hz",
+    "variable_refresh",
+    "output",
+    "window",
+    "luminance_cd_m2",
+    "black_cd_m2",
+];
+
 /// What is listed of one thing that is not valid.
 const MAX_FAULTS: usize = 10;
 
 /// Check sequences (every file's hash, and a random frame rendered anew), studies, grids, scenes,
-/// protocols, light maps and models.
+/// protocols, cohorts, display profiles, light maps and models.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Sequence folders, folders of such, study folders; files: grids, scenes and protocols (.toml),
-    /// light maps (.hdr, .exr), models (.ply, .obj, .gltf, .glb)
+    /// Sequence folders, folders of such, study folders; files: grids, scenes, protocols, cohorts and
+    /// display profiles (.toml), light maps (.hdr, .exr), models (.ply, .obj, .gltf, .glb)
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     /// What renders anew
@@ -92,11 +111,28 @@ fn check(
     if path.is_file() {
         check_file(path).map_err(one)
     } else if path.join("datapackage.json").exists() {
-        let answers = shutterlab_analysis::responses::read(path).map_err(|e| one(e.into()))?;
-        Ok(format!("study, answers about {} stimuli", answers.items().len()))
+        check_study(path)
     } else {
         check_sequence(path, device, kept)
     }
+}
+
+/// Checks the records of a study, and its answers as far as there is an analysis of its task.
+fn check_study(path: &Path) -> Result<String, Vec<anyhow::Error>> {
+    let one = |error: anyhow::Error| vec![error];
+    // The folders of pilots and simulated observers are studies, too.
+    let study = status(path, StudyKind::Real, |_| None)
+        .ok_or_else(|| one(anyhow!("{}: holds no protocol.toml", path.display())))?;
+    if !study.faults.is_empty() {
+        return Err(study.faults.into_iter().map(anyhow::Error::msg).collect());
+    }
+    let protocol = definition::read::<Protocol>(&path.join("protocol.toml"));
+    if protocol.map_err(|e| one(e.into()))?.task == Task::TwoAfc {
+        let answers = shutterlab_analysis::responses::read(path).map_err(|e| one(e.into()))?;
+        return Ok(format!("study, answers about {} stimuli", answers.items().len()));
+    }
+    let answers: u32 = study.sessions.iter().map(|session| session.answered).sum();
+    Ok(format!("study, {}", counted(answers as usize, "answer")))
 }
 
 fn check_file(path: &Path) -> anyhow::Result<String> {
@@ -113,7 +149,7 @@ fn check_file(path: &Path) -> anyhow::Result<String> {
         }
         "toml" => check_definition(path),
         _ => Err(anyhow!(
-            "{}: ending: {ending:?}: grids, scenes and protocols (.toml), light maps (.hdr, .exr) and \
+            "{}: ending: {ending:?}: grids, scenes, protocols, cohorts, display profiles (.toml), light maps (.hdr, .exr) and \
              models (.ply, .obj, .gltf, .glb) can be checked, and a sequence or a study by its folder",
             path.display()
         )),
@@ -157,8 +193,8 @@ fn check_sequence(
 fn check_definition(path: &Path) -> anyhow::Result<String> {
     let file = path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(|| format!("{file}: cannot be read"))?;
-    // Only a grid has axes as a table, and only a scene a camera; what has neither is a protocol, and
-    // told by its own error if it is none.
+    // Only a grid has axes as a table, only a scene a camera, only a cohort observers, and only a protocol
+    // a question. Nothing in a display profile is needed but its name.
     let keys: toml::Table = text.parse().unwrap_or_default();
     // No absolute path is the name of a shipped one.
     let absolute = std::path::absolute(path)?.display().to_string();
@@ -169,8 +205,22 @@ fn check_definition(path: &Path) -> anyhow::Result<String> {
     } else if keys.contains_key("camera") {
         let (scene, assets) = Scene::load(&absolute, Path::new(""))?;
         (format!("scene {}", scene.name), assets)
-    } else {
+    } else if keys.contains_key("observers") {
+        let cohort = Cohort::parse(&text, &file)?;
+        let count: u32 = cohort.observers.iter().map(|sort| sort.count).sum();
+        return Ok(format!("cohort, {}", counted(count as usize, "observer")));
+    } else if ["question", "task", "design"].iter().any(|key| keys.contains_key(*key)) {
         return Ok(format!("protocol {}", Protocol::parse(&text, &file)?.name));
+    } else if DISPLAY_KEYS.iter().any(|key| keys.contains_key(*key))
+        || keys.keys().all(|key| ["schema", "name"].contains(&key.as_str())) && keys.len() == 2
+    {
+        return Ok(format!("display profile {}", DisplayProfile::parse(&text, &file)?.name));
+    } else {
+        return Err(anyhow!(
+            "{file}: a grid has [axes], a scene [camera], a protocol a question, a cohort [[observers]], a \
+             display profile one of {}: this file has none of these",
+            DISPLAY_KEYS.join(", ")
+        ));
     };
     assets.iter().try_for_each(import::check)?;
     Ok(found)
