@@ -35,7 +35,7 @@ fn cohort(observer: &SimulatedObserver) -> TempDir {
 
 /// What the command says about the study.
 fn analysis(folder: &Path) -> Value {
-    serde_json::from_str(&succeed(folder, &["analyze", "study", "--json"])).unwrap()
+    serde_json::from_str(&succeed(folder, &["analyze", "study/simulated", "--json"])).unwrap()
 }
 
 fn strings(list: &Value) -> Vec<String> {
@@ -50,7 +50,7 @@ fn votes(analysis: &Value) -> Vec<(String, u64)> {
 
 /// How often each stimulus was chosen in trials that count, counted in the files.
 fn votes_in_files(folder: &Path) -> BTreeMap<String, u64> {
-    let study = folder.join("study");
+    let study = folder.join("study/simulated");
     let mut counts = BTreeMap::new();
     for name in tree(&study).into_keys().filter(|name| name.starts_with("data")) {
         for row in read_table(&study.join(name)) {
@@ -95,7 +95,9 @@ fn a_cohort_gives_the_votes_of_the_table_it_follows() {
     }
 
     assert_eq!(analysis["simulated"], true);
-    assert!(succeed(folder.path(), &["analyze", "study"]).starts_with("Simulated observers."));
+    assert!(
+        succeed(folder.path(), &["analyze", "study/simulated"]).starts_with("Simulated observers.")
+    );
     assert_eq!(analysis["observers"], COHORT);
     assert_eq!(analysis["data_quality"]["excluded"]["practice"], 2 * COHORT);
     assert!(analysis["score_equality"]["p"].as_f64().unwrap() < 1e-4);

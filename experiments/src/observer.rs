@@ -1,20 +1,61 @@
-//! Simulated observers: they answer like people of whom only the votes are known, so that a study can
-//! be rehearsed from the first trial to the report. Their answers are marked as simulated everywhere.
+//! Simulated observers: they answer as a model of perception has it, so that a study can be rehearsed
+//! from the first trial to the report. Their answers are marked as simulated everywhere.
+//!
+//! A [`SimulatedObserver`] is a sort of observer, [`Instructed`] one that knows the stimuli and the task,
+//! and a [`Judge`] one of that sort in one session. The formulas are in [`model`] and [`judge`].
+
+mod differences;
+pub mod judge;
+pub mod model;
+
+pub use judge::Judge;
 
 use crate::bradley_terry::{FitError, strengths};
-use crate::design::Trial;
-use crate::random::{Stream, session_seed};
 use crate::stimuli_set::StimulusSet;
-use shutterlab_data_schema::response::{Answer, Side};
+use differences::Differences;
+use model::{Noise, Perception, Psychometric};
+use shutterlab_data_schema::cohort::{Model, Observers, ResponseTime};
+use shutterlab_data_schema::item_table::{self, TableError};
+use shutterlab_data_schema::protocol::{Protocol, Task};
 use shutterlab_data_schema::{ParticipantCode, Votes};
 use shutterlab_stimuli::Stimulus;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A sort of simulated observer.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct SimulatedObserver {
     name: String,
-    /// Items and their strengths; none for an observer who guesses.
-    items: Vec<(String, f64)>,
+    basis: Basis,
+    habits: Habits,
+}
+
+/// What answers follow, whatever the stimuli are.
+#[derive(Clone, Debug)]
+enum Basis {
+    Guess,
+    Items { values: Vec<(String, f64)>, noise: Noise, false_alarm_rate: Option<f64> },
+    Differences { table: Differences, function: Psychometric, best: Option<String> },
+}
+
+/// What an observer does whatever the model says; see [`Observers`].
+#[derive(Clone, Copy, Debug, Default)]
+struct Habits {
+    lapse_rate: f64,
+    fatigue: f64,
+    side_bias: f64,
+    not_sure_band: f64,
+    response_s: ResponseTime,
+    spread: f64,
+}
+
+/// A sort of simulated observer that knows the stimuli and the task.
+#[derive(Clone, Debug)]
+pub struct Instructed {
+    perception: Perception,
+    habits: Habits,
+    task: Task,
+    not_sure: bool,
 }
 
 /// A simulated observer cannot be made, or cannot judge the stimuli. The message begins with its name.
@@ -28,9 +69,17 @@ pub enum ObserverError {
         /// Why.
         source: FitError,
     },
-    /// Not exactly one item of the votes is about a stimulus.
+    /// A table cannot be read.
+    #[error("{name}: {source}")]
+    Table {
+        /// Name of the observer.
+        name: String,
+        /// Why.
+        source: TableError,
+    },
+    /// Not exactly one item is about a stimulus.
     #[error(
-        "{name}: stimulus {stimulus}: {found} of the items {items} are about it: exactly one must name levels of it and no others"
+        "{name}: stimulus {stimulus}: {found} of the items {items} are about it: exactly one must be its id, or name levels of it and no others"
     )]
     Items {
         /// Name of the observer.
@@ -42,12 +91,42 @@ pub enum ObserverError {
         /// The items.
         items: String,
     },
+    /// The table of differences cannot be read.
+    #[error("{name}: {}: {what}", file.display())]
+    Differences {
+        /// Name of the observer.
+        name: String,
+        /// The table.
+        file: PathBuf,
+        /// Why.
+        what: String,
+    },
+    /// The task needs a key that is not there.
+    #[error("{name}: model.{key}: none: the task {task} needs it")]
+    Lacks {
+        /// Name of the observer.
+        name: String,
+        /// The key.
+        key: &'static str,
+        /// The task.
+        task: &'static str,
+    },
+    /// The best stimulus is none of the compared ones.
+    #[error("{name}: model.best: {best}: none of the compared stimuli {stimuli}")]
+    NoBest {
+        /// Name of the observer.
+        name: String,
+        /// What was called the best.
+        best: String,
+        /// The compared stimuli.
+        stimuli: String,
+    },
 }
 
 impl SimulatedObserver {
     /// One who guesses: `simulated:guess`.
     pub fn guess() -> Self {
-        Self { name: "guess".into(), items: vec![] }
+        Self { name: "guess".into(), basis: Basis::Guess, habits: Habits::default() }
     }
 
     /// One of `observers` people who gave `votes`, all of them alike: `simulated:NAME`. Probabilities
@@ -56,96 +135,191 @@ impl SimulatedObserver {
     /// # Errors
     /// No model has these votes; they are named.
     pub fn from_votes(name: &str, votes: &Votes, observers: u32) -> Result<Self, ObserverError> {
-        let strengths = strengths(votes, observers)
-            .map_err(|source| ObserverError::Fit { name: format!("simulated:{name}"), source })?;
-        let names = votes.rows.iter().map(|row| row.item.clone());
-        Ok(Self { name: name.into(), items: names.zip(strengths).collect() })
+        let basis = of_votes(votes, observers, None)
+            .map_err(|source| ObserverError::Fit { name: recorded(name), source })?;
+        Ok(Self { name: name.into(), basis, habits: Habits::default() })
+    }
+
+    /// One of the sort `sort` of a cohort, whose file lies in `folder`.
+    ///
+    /// # Errors
+    /// A table cannot be read, or no model has the votes.
+    pub fn from_cohort(sort: &Observers, folder: &Path) -> Result<Self, ObserverError> {
+        let name = || recorded(&sort.name);
+        let unreadable = |source| ObserverError::Table { name: name(), source };
+        let numbers = |file: &Path, column: &str, fits: fn(f64) -> bool, needed: &str| {
+            let number = |text: &str| text.parse().ok().filter(|&number| fits(number));
+            item_table::read(&folder.join(file), column, number, needed).map_err(unreadable)
+        };
+        let (basis, spread) = match &sort.model {
+            Model::Guess {} => (Basis::Guess, 0.0),
+            Model::BradleyTerry { worths, votes, observers, spread, false_alarm_rate } => {
+                let rate = *false_alarm_rate;
+                let basis = match (worths, votes) {
+                    (None, Some(file)) => {
+                        let votes = Votes::read(&folder.join(file)).map_err(unreadable)?;
+                        of_votes(&votes, observers.unwrap_or(0), rate)
+                            .map_err(|source| ObserverError::Fit { name: name(), source })?
+                    }
+                    _ => {
+                        let file = worths.as_deref().unwrap_or(Path::new(""));
+                        let is_worth = |worth: f64| worth.is_normal() && worth > 0.0;
+                        let worths = numbers(file, "worth", is_worth, "a number above 0")?;
+                        of_worths(worths, rate)
+                    }
+                };
+                (basis, *spread)
+            }
+            Model::Thurstone { scale_values, sd, spread, false_alarm_rate } => {
+                let noise = Noise::Normal { sd: *sd };
+                let values = numbers(scale_values, "scale_value", f64::is_finite, "a number")?;
+                (Basis::Items { values, noise, false_alarm_rate: *false_alarm_rate }, *spread)
+            }
+            Model::Psychometric {
+                differences,
+                measure,
+                shape,
+                threshold,
+                slope,
+                spread,
+                best,
+                false_alarm_rate,
+            } => {
+                let file = folder.join(differences);
+                let table = Differences::read(&file, *measure)
+                    .map_err(|what| ObserverError::Differences { name: name(), file, what })?;
+                let function = Psychometric {
+                    shape: *shape,
+                    threshold: *threshold,
+                    slope: *slope,
+                    false_alarm_rate: false_alarm_rate.unwrap_or(0.0),
+                };
+                (Basis::Differences { table, function, best: best.clone() }, *spread)
+            }
+        };
+        let habits = Habits {
+            lapse_rate: sort.lapse_rate,
+            fatigue: sort.fatigue,
+            side_bias: sort.side_bias,
+            not_sure_band: sort.not_sure_band,
+            response_s: sort.response_s,
+            spread,
+        };
+        Ok(Self { name: sort.name.clone(), basis, habits })
     }
 
     /// `simulated:NAME`, as the records have it.
     pub fn name(&self) -> String {
-        format!("simulated:{}", self.name)
+        recorded(&self.name)
     }
 
-    /// How strong each compared stimulus of `set` is for this observer.
+    /// Shows the observer what is compared in `protocol`: the stimuli of `set`.
     ///
-    /// An item like `A4T3` is about the stimuli that have both levels, A4 and T3: a level's name
-    /// begins at each capital letter.
-    ///
-    /// # Errors
-    /// A stimulus that no item is about, or several are.
-    pub fn strengths(&self, set: &StimulusSet) -> Result<Vec<f64>, ObserverError> {
-        let stimuli = (0..set.compared).map(|index| set.stimulus(index));
-        if self.items.is_empty() {
-            return Ok(vec![1.0; set.compared]);
-        }
-        stimuli
-            .map(|stimulus| {
-                let about: Vec<f64> = self
-                    .items
-                    .iter()
-                    .filter(|(item, _)| is_about(item, stimulus))
-                    .map(|(_, strength)| *strength)
-                    .collect();
-                match about[..] {
-                    [strength] => Ok(strength),
-                    _ => {
-                        let names: Vec<&str> = self.items.iter().map(|(n, _)| n.as_str()).collect();
-                        Err(ObserverError::Items {
-                            name: self.name(),
-                            stimulus: stimulus.id.clone(),
-                            found: about.len(),
-                            items: names.join(", "),
-                        })
-                    }
-                }
-            })
-            .collect()
-    }
-}
-
-/// A simulated observer in one session. Answers are keyed by the trial, so a session that was
-/// interrupted gets the same ones when it goes on.
-#[derive(Clone, Debug)]
-pub struct Judge {
-    strengths: Vec<f64>,
-    seed: u64,
-}
-
-/// Median response time. No finding: a plausible number, so that files look like files.
-const MEDIAN_RESPONSE_S: f64 = 1.2;
-
-/// Standard deviation of the logarithm of the response time.
-const LOG_RESPONSE_SD: f64 = 0.4;
-
-impl Judge {
-    /// `observer` as `subject` in session `session` of a protocol with the seed `protocol_seed`.
+    /// An item of a table is about the stimulus of that id; or, like `A4T3`, about the stimuli that have
+    /// both levels, A4 and T3: a level's name begins at each capital letter.
     ///
     /// # Errors
-    /// As [`SimulatedObserver::strengths`].
-    pub fn new(
-        observer: &SimulatedObserver,
+    /// A stimulus that no item is about, or several are; two stimuli whose difference is unknown;
+    /// something that the task needs is not there.
+    pub fn instruct(
+        &self,
         set: &StimulusSet,
-        protocol_seed: u64,
-        subject: &ParticipantCode,
-        session: u32,
-    ) -> Result<Self, ObserverError> {
-        let seed = session_seed("answers", protocol_seed, subject, session);
-        Ok(Self { strengths: observer.strengths(set)?, seed })
+        protocol: &Protocol,
+    ) -> Result<Instructed, ObserverError> {
+        let lacks = |key| {
+            let (name, task) = (self.name(), protocol.task.name());
+            ObserverError::Lacks { name, key, task }
+        };
+        let perception = match &self.basis {
+            Basis::Guess => Perception::Guess,
+            Basis::Items { values, noise, false_alarm_rate } => {
+                if protocol.task == Task::SameDifferent && false_alarm_rate.is_none() {
+                    return Err(lacks("false_alarm_rate"));
+                }
+                let values = self.values(values, set)?;
+                Perception::values(values, *noise, *false_alarm_rate)
+            }
+            Basis::Differences { table, function, best } => {
+                let best = match best {
+                    None if protocol.task == Task::TwoAfc => return Err(lacks("best")),
+                    None => None,
+                    Some(id) => Some(self.find(id, set)?),
+                };
+                let between = table.between(set).map_err(|what| ObserverError::Differences {
+                    name: self.name(),
+                    file: table.file.clone(),
+                    what,
+                })?;
+                let function = *function;
+                Perception::Differences { between: Arc::new(between), function, best }
+            }
+        };
+        let (task, not_sure) = (protocol.task, protocol.not_sure.is_some());
+        Ok(Instructed { perception, habits: self.habits, task, not_sure })
     }
 
-    /// What the observer answers in `trial`, and after how many seconds: log-normal, whatever the
-    /// stimuli. In practice, the better one is always chosen.
-    pub fn answer(&self, trial: &Trial) -> (Answer, f64) {
-        let mut stream = Stream::keyed(self.seed, u64::from(trial.number));
-        let draw = stream.uniform();
-        let selected = trial.better.unwrap_or_else(|| {
-            let (a, b) = (self.strengths[trial.a], self.strengths[trial.b]);
-            if draw < a / (a + b) { Side::A } else { Side::B }
-        });
-        let seconds = MEDIAN_RESPONSE_S * (LOG_RESPONSE_SD * stream.normal()).exp();
-        (if selected == trial.first { Answer::First } else { Answer::Second }, seconds)
+    /// The value of each compared stimulus of `set`.
+    fn values(
+        &self,
+        items: &[(String, f64)],
+        set: &StimulusSet,
+    ) -> Result<Vec<f64>, ObserverError> {
+        let value = |stimulus: &Stimulus| {
+            let about: Vec<f64> = items
+                .iter()
+                .filter(|(item, _)| is_about(item, stimulus))
+                .map(|(_, value)| *value)
+                .collect();
+            match about[..] {
+                [value] => Ok(value),
+                _ => {
+                    let names: Vec<&str> = items.iter().map(|(name, _)| name.as_str()).collect();
+                    Err(ObserverError::Items {
+                        name: self.name(),
+                        stimulus: stimulus.id.clone(),
+                        found: about.len(),
+                        items: names.join(", "),
+                    })
+                }
+            }
+        };
+        (0..set.compared).map(|index| value(set.stimulus(index))).collect()
     }
+
+    fn find(&self, id: &str, set: &StimulusSet) -> Result<usize, ObserverError> {
+        (0..set.compared).find(|&index| set.stimulus(index).id == id).ok_or_else(|| {
+            let ids: Vec<&str> =
+                (0..set.compared).map(|index| set.stimulus(index).id.as_str()).collect();
+            let (name, best) = (self.name(), id.into());
+            ObserverError::NoBest { name, best, stimuli: ids.join(", ") }
+        })
+    }
+}
+
+impl Instructed {
+    /// One of this sort, as `subject` in session `session` of `trials` trials. `seed` decides the
+    /// answers.
+    pub fn judge(&self, seed: u64, subject: &ParticipantCode, session: u32, trials: u32) -> Judge {
+        Judge::new(self, seed, subject, session, trials)
+    }
+}
+
+fn recorded(name: &str) -> String {
+    format!("simulated:{name}")
+}
+
+fn of_votes(
+    votes: &Votes,
+    observers: u32,
+    false_alarm_rate: Option<f64>,
+) -> Result<Basis, FitError> {
+    let names = votes.rows.iter().map(|row| row.item.clone());
+    Ok(of_worths(names.zip(strengths(votes, observers)?).collect(), false_alarm_rate))
+}
+
+fn of_worths(worths: Vec<(String, f64)>, false_alarm_rate: Option<f64>) -> Basis {
+    let values = worths.into_iter().map(|(item, worth)| (item, worth.ln())).collect();
+    Basis::Items { values, noise: Noise::Logistic, false_alarm_rate }
 }
 
 fn is_about(item: &str, stimulus: &Stimulus) -> bool {
@@ -156,87 +330,9 @@ fn is_about(item: &str, stimulus: &Stimulus) -> bool {
             _ => levels.push(letter.into()),
         }
     }
-    levels.iter().all(|level| stimulus.levels.values().any(|name| name == level))
+    let has = |level: &String| stimulus.levels.values().any(|name| name == level);
+    item == stimulus.id || levels.iter().all(has)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::design::plan;
-    use crate::test_support::{protocol, rendered};
-
-    /// 30 observers, 36 pairs: 1080 votes.
-    fn votes() -> Votes {
-        let text = "item,votes\nA5T3,190\nA4T3,170\nA3T3,150\nT4A5,140\nA4T4,120\nA3T4,110\n\
-                    A5T5,90\nA4T5,70\nA3T5,40\n";
-        Votes::parse(text, "test").unwrap()
-    }
-
-    fn set() -> StimulusSet {
-        StimulusSet::open(&protocol(), rendered().path()).unwrap()
-    }
-
-    #[test]
-    fn items_are_matched_to_stimuli_by_their_levels() {
-        let observer = SimulatedObserver::from_votes("test", &votes(), 30).unwrap();
-        let set = set();
-        let strengths = observer.strengths(&set).unwrap();
-        let best = (0..9).max_by(|a, b| strengths[*a].total_cmp(&strengths[*b])).unwrap();
-        assert_eq!(set.stimulus(best).id, "M2-S2-T3-A5");
-        assert_eq!(SimulatedObserver::guess().strengths(&set).unwrap(), [1.0; 9]);
-    }
-
-    #[test]
-    fn a_stimulus_without_its_item_is_named() {
-        let two = Votes::parse("item,votes\nA3T3,2\nA3,1\n", "test").unwrap();
-        let observer = SimulatedObserver::from_votes("two", &two, 3).unwrap();
-        let error = observer.strengths(&set()).unwrap_err().to_string();
-        assert!(
-            error.starts_with("simulated:two: stimulus M2-S2-T3-A3: 2 of the items"),
-            "{error}"
-        );
-    }
-
-    #[test]
-    fn votes_without_a_model_name_the_observer() {
-        let none = Votes::parse("item,votes\nA3,3\nA4,0\n", "test").unwrap();
-        let error = SimulatedObserver::from_votes("none", &none, 3).unwrap_err().to_string();
-        assert!(error.starts_with("simulated:none: votes: A4: "), "{error}");
-    }
-
-    /// 1200 simulated observers give votes in the proportions of the 30 they are modelled on.
-    #[test]
-    fn simulated_votes_agree_with_the_table() {
-        const COHORT: u32 = 1200;
-        let (votes, set, protocol) = (votes(), set(), protocol());
-        let observer = SimulatedObserver::from_votes("test", &votes, 30).unwrap();
-        let mut counts = [0_u32; 9];
-        for number in 0..COHORT {
-            let subject = format!("S{number}").parse().unwrap();
-            let judge = Judge::new(&observer, &set, protocol.seed, &subject, 1).unwrap();
-            for trial in plan(&protocol.design, 9, &[], u64::from(number)) {
-                let (answer, seconds) = judge.answer(&trial);
-                assert!(seconds > 0.0);
-                counts[trial.stimulus(trial.side(answer))] += 1;
-            }
-        }
-        for (index, count) in counts.into_iter().enumerate() {
-            let row = votes.rows.iter().find(|row| is_about(&row.item, set.stimulus(index)));
-            let expected = row.unwrap().votes as f64 * f64::from(COHORT) / 30.0;
-            // At most 8 · ¼ · COHORT is the variance; five standard deviations.
-            let bound = 5.0 * (2.0 * f64::from(COHORT)).sqrt();
-            assert!((f64::from(count) - expected).abs() < bound, "{index}: {count} {expected}");
-        }
-    }
-
-    #[test]
-    fn practice_is_answered_rightly_and_every_answer_comes_again() {
-        let (set, protocol) = (set(), protocol());
-        let subject = "S1".parse().unwrap();
-        let judge = Judge::new(&SimulatedObserver::guess(), &set, 1, &subject, 1).unwrap();
-        let trials = plan(&protocol.design, 9, &set.practice, 4);
-        assert_eq!(Some(trials[0].side(judge.answer(&trials[0]).0)), trials[0].better);
-        let again = Judge::new(&SimulatedObserver::guess(), &set, 1, &subject, 1).unwrap();
-        assert!(trials.iter().rev().all(|trial| judge.answer(trial) == again.answer(trial)));
-    }
-}
+mod tests;
