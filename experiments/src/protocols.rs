@@ -3,8 +3,27 @@
 use shutterlab_data_schema::Protocol;
 use shutterlab_data_schema::definition::{self, DefinitionError};
 
+macro_rules! shipped {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../protocols/", $name, ".toml")))),*]
+    };
+}
+
 /// Protocols that come with Shutterlab, by name.
-const SHIPPED: &[(&str, &str)] = &[("demo", include_str!("../protocols/demo.toml"))];
+const SHIPPED: &[(&str, &str)] = shipped![
+    "mono1",
+    "mono2shutter",
+    "mono2samples",
+    "mono2preference",
+    "mono3",
+    "stereo1",
+    "stereo2shutter",
+    "stereo2samples",
+    "stereo3",
+    "samedifferent",
+    "demo",
+    "quick",
+];
 
 /// Loads the shipped protocol called `protocol`, or the protocol in the file of that name.
 ///
@@ -15,28 +34,13 @@ pub fn load(protocol: &str) -> Result<Protocol, DefinitionError> {
     Protocol::parse(&text, protocol)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_shipped_protocol_loads_under_its_own_name() {
-        for (name, _) in SHIPPED {
-            assert_eq!(load(name).unwrap().name, *name);
-        }
-    }
-
-    #[test]
-    fn an_unknown_name_lists_the_shipped_ones() {
-        let error = load("dmo").unwrap_err().to_string();
-        assert!(error.contains("dmo: neither a file nor one of the shipped protocols: demo"));
-    }
-
-    #[test]
-    fn a_protocol_file_is_found_by_its_path() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("mine.toml");
-        std::fs::write(&path, SHIPPED[0].1).unwrap();
-        assert_eq!(load(path.to_str().unwrap()).unwrap(), load("demo").unwrap());
-    }
+/// All protocols that come with Shutterlab.
+///
+/// # Errors
+/// None, if they are what the tests found them to be.
+pub fn shipped() -> Result<Vec<Protocol>, DefinitionError> {
+    SHIPPED.iter().map(|(name, text)| Protocol::parse(text, name)).collect()
 }
+
+#[cfg(test)]
+mod tests;
