@@ -7,6 +7,7 @@
 use crate::design::{Pool, plan};
 use crate::observer::{Instructed, SimulatedObserver};
 use crate::random::{Stream, session_seed};
+use crate::record::RecordError;
 use crate::record::cohort::Cohort as Records;
 use crate::record::participants::NewParticipant;
 use crate::record::study::Study;
@@ -16,9 +17,13 @@ use crate::stimuli_set::StimulusSet;
 use indexmap::IndexMap;
 use jiff::{SignedDuration, Timestamp};
 use rayon::prelude::*;
+use shutterlab_data_schema::cohort::Observers;
+use shutterlab_data_schema::definition;
+use shutterlab_data_schema::files::write_atomically;
 use shutterlab_data_schema::response::TrialKind;
 use shutterlab_data_schema::study::StudyKind;
 use shutterlab_data_schema::{Cohort, Participant, Protocol};
+use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -73,6 +78,7 @@ pub fn run_cohort(request: &CohortRequest) -> Result<CohortOutcome, RunError> {
         }
     }
     let study = Study::open(&request.study, protocol, StudyKind::Simulated)?;
+    keep(cohort, &study)?;
     study.keep_thumbnails(&set)?;
     let records = study.cohort(&newcomers)?;
     let room = Room {
@@ -96,6 +102,31 @@ pub fn run_cohort(request: &CohortRequest) -> Result<CohortOutcome, RunError> {
         sessions_before: answers.len() - sessions_now,
         answers_now: answers.iter().flatten().sum(),
     })
+}
+
+/// Keeps the cohort beside its answers. Sessions that are there already are not run again, so the sorts they
+/// belong to must be what they were; there may be more of a sort, and other sorts.
+fn keep(cohort: &Cohort, study: &Study) -> Result<(), RunError> {
+    let file = study.folder().join("cohort.toml");
+    if file.exists() {
+        let there: Cohort = definition::read(&file).map_err(RecordError::from)?;
+        let changed = cohort.observers.iter().find(|sort| {
+            let earlier = there.observers.iter().find(|earlier| earlier.name == sort.name);
+            earlier.is_some_and(|earlier| {
+                Observers { count: earlier.count, ..(*sort).clone() } != *earlier
+            })
+        });
+        let what = match changed {
+            Some(sort) => format!("observers {}", sort.name),
+            None if there.seed != cohort.seed => "seed".into(),
+            None => String::new(),
+        };
+        if !what.is_empty() {
+            return Err(RunError::OtherCohort { file, what });
+        }
+    }
+    let text = toml::to_string(cohort).map_err(io::Error::other).map_err(RecordError::from)?;
+    Ok(write_atomically(&file, text.as_bytes()).map_err(RecordError::from)?)
 }
 
 /// What the sessions of a cohort have in common.

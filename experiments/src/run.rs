@@ -117,6 +117,14 @@ pub enum RunError {
     /// The stimuli do not make the design.
     #[error(transparent)]
     Design(#[from] DesignError),
+    /// The study holds answers of another cohort.
+    #[error("{}: {what}: changed since its sessions were run, which are not run again; choose another study folder", file.display())]
+    OtherCohort {
+        /// The cohort as it was.
+        file: PathBuf,
+        /// What differs.
+        what: String,
+    },
     /// Something cannot be recorded.
     #[error(transparent)]
     Record(#[from] RecordError),

@@ -169,9 +169,12 @@ impl Session {
         let open = |trial: &&Trial| !answered.contains(&trial.number);
         let first_page = match plan.iter().find(open) {
             None => Page::End,
+            Some(trial) if trial.part == Part::Practice || answered.is_empty() => {
+                Page::Instructions
+            }
             // Who goes on after the practice has read the instructions, which speak of practice to come.
-            Some(trial) if trial.part != Part::Practice && !answered.is_empty() => Page::Pause,
-            Some(_) => Page::Instructions,
+            Some(_) if plan.iter().any(|t| t.part != Part::Practice && !open(&t)) => Page::Pause,
+            Some(_) => Page::AfterPractice,
         };
         let mut session = Self {
             queue: (0..plan.len()).filter(|&place| open(&&plan[place])).collect(),

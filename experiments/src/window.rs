@@ -71,7 +71,7 @@ pub fn run(requests: &[SessionRequest], profile: &DisplayProfile) -> Result<Outc
     }
     let sitting = match asker.stage {
         Stage::Asking(asking) => Some(asking.sitting),
-        Stage::Known(sitting) => Some(*sitting),
+        Stage::Known(sitting) | Stage::Resume(sitting) => Some(*sitting),
         Stage::Fusion(fusion) => Some(*fusion.sitting),
         _ => asker.experiment.and_then(|experiment| experiment.sitting),
     };
@@ -249,7 +249,7 @@ impl<'a> Asker<'a> {
         let sitting = experiment.sitting.take();
         self.stage = match sitting {
             _ if !refused.is_empty() => Stage::Refused(refused),
-            Some(sitting) => self.before_session(Box::new(sitting), shell),
+            Some(sitting) => Stage::Resume(Box::new(sitting)),
             None => {
                 let code = experiment.request.participant.as_ref();
                 let code = code.map_or(String::new(), ToString::to_string);

@@ -164,3 +164,25 @@ fn hits_and_false_alarms_are_those_of_the_criterion() {
         assert_share(different, asked().count(), p);
     }
 }
+
+#[test]
+fn a_changed_cohort_is_refused_and_a_larger_one_goes_on() {
+    let (stimuli, folder) = (rendered(), tempfile::tempdir().unwrap());
+    let mut request = request(stimuli.path(), folder.path());
+    run_cohort(&request).unwrap();
+    let before = data(&request.study.join("simulated"));
+
+    request.cohort.observers[0].lapse_rate = 0.3;
+    let error = run_cohort(&request).unwrap_err().to_string();
+    assert!(error.contains("cohort.toml: observers keen: changed"), "{error}");
+    request.cohort.observers[0].lapse_rate = 0.1;
+    request.cohort.seed = 6;
+    let error = run_cohort(&request).unwrap_err().to_string();
+    assert!(error.contains("cohort.toml: seed: changed"), "{error}");
+    assert!(data(&request.study.join("simulated")) == before);
+
+    request.cohort.seed = 5;
+    request.cohort.observers[1].count = 5;
+    let outcome = run_cohort(&request).unwrap();
+    assert_eq!((outcome.sessions_now, outcome.sessions_before), (2, 7));
+}

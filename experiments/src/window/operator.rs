@@ -172,6 +172,10 @@ pub(super) fn form(
             small(ui, "Up and down go from field to field, left and right choose, Escape leaves.");
         }
         small(ui, summary);
+        if !display.is_empty() {
+            ui.add_space(12.0);
+            small(ui, "This display does not fit. Every answer's row will say so:");
+        }
         for fault in display {
             small(ui, fault);
         }
