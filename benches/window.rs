@@ -48,8 +48,9 @@ const FPS: f64 = 30.0;
 /// nobody answers at once. Where a page lies between, keys come from the question's first moment.
 const FILMS: Duration = Duration::from_millis(10_000);
 
-/// A key that came to the program later than this after its injection is not taken for the same.
-const SAME_KEY_US: i64 = 25_000;
+/// The last press before a row that says the same as the key made it, unless it is as long ago as this: from
+/// one press of a key to its next are 60 ms or more.
+const SAME_KEY_US: i64 = 200_000;
 
 fn main() -> Result<(), Failure> {
     let is_given = |flag: &str| std::env::args().any(|argument| argument == flag);
@@ -176,11 +177,10 @@ fn sit(server: &Server, folder: &Path, window: &str, is_short: bool) -> Result<S
     let mut answers_ms = vec![];
     for row in &rows {
         let at_us = row.answered_at.parse::<Timestamp>()?.as_microsecond();
-        let key =
-            keys.iter().rfind(|key| key.before_us <= at_us).ok_or("an answer before all keys")?;
-        if key.answer != row.answer || at_us - key.before_us > SAME_KEY_US {
-            return Err(format!("{window}: trial {}: no key was pressed for it", row.trial).into());
-        }
+        let is_pressed = |key: &&Key| key.before_us <= at_us && key.answer == row.answer;
+        let key = keys.iter().rfind(is_pressed).filter(|key| at_us - key.before_us < SAME_KEY_US);
+        let no_key = || format!("{window}: trial {}: no key was pressed for it", row.trial);
+        let key = key.ok_or_else(no_key)?;
         answers_ms.push((at_us - key.before_us) as f64 / 1e3);
     }
     let later = frames.iter().filter(|frame| frame.frame > 0);
