@@ -39,9 +39,8 @@ impl Session {
         let of_its_sort = |trial: &Trial| (trial.part == Part::Practice) == practice;
         let of = self.plan.iter().filter(|trial| of_its_sort(trial)).count() as u32;
         let left = self.queue.iter().filter(|&&place| of_its_sort(&self.plan[place])).count();
-        let image = &self.set.stimulus(0).image;
         // Until there are some answers, the protocol's own course and an assumed response time.
-        let assumed = shown_s(&self.protocol, f64::from(image.frames) / image.fps);
+        let assumed = shown_s(&self.protocol, self.set.sequence_s());
         let known = f64::from(self.pace.answers);
         let each_s = (self.pace.seconds + assumed + ASSUMED_RESPONSE_S) / (known + 1.0);
         let remaining_s = self.queue.len() as f64 * each_s;
