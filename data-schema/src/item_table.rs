@@ -28,6 +28,17 @@ pub fn read<T>(
     }
 }
 
+/// The text of a table as other programs write it, with lines that end as ours do and without the mark that some
+/// put before it (U+FEFF), so that lines are counted and columns found.
+pub fn plain(text: &str) -> String {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    // Line breaks within a cell stay as they are in a file of our own.
+    match text.split_once('\n') {
+        Some((header, _)) if header.ends_with('\r') => text.replace("\r\n", "\n"),
+        _ => text.to_string(),
+    }
+}
+
 /// The items of a table and their numbers in `column`, in the order of the file. `file` is what an error
 /// calls it; `number` reads a number, and `needed` says what it accepts.
 ///
@@ -42,6 +53,7 @@ pub fn parse<T>(
     needed: &str,
 ) -> Result<Vec<(String, T)>, TableError> {
     let fail = |what: String| TableError { file: file.into(), what };
+    let text = plain(text);
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .trim(csv::Trim::All)

@@ -1,7 +1,7 @@
 //! What is written down: the records that Shutterlab reads and writes, the files they live in,
 //! and the schemas generated from them.
 //!
-//! A definition (protocol, cohort, display profile, grid, scene) is TOML, read by [`definition::read`]. An
+//! A definition (protocol, cohort, display profile, fitted parameters, grid, scene) is TOML, read by [`definition::read`]. An
 //! observation (response, participant, votes) is CSV. Every schema beside this crate (`*.schema.json`) is
 //! generated from the types here and tested against drift.
 
@@ -9,6 +9,7 @@ pub mod cohort;
 pub mod definition;
 pub mod display;
 pub mod files;
+pub mod fitted;
 pub mod item_table;
 pub mod participant;
 pub mod protocol;
@@ -19,6 +20,7 @@ pub mod votes;
 
 pub use cohort::Cohort;
 pub use display::DisplayProfile;
+pub use fitted::FittedParameters;
 pub use participant::{Participant, ParticipantCode};
 pub use protocol::Protocol;
 pub use response::Response;

@@ -62,6 +62,7 @@ pub struct Response {
     pub correct: Option<bool>,
     /// From the end of the last interval's first showing to the answer, in seconds; negative for an
     /// answer given earlier.
+    #[schemars(extend("unit" = "s"))]
     pub response_time_s: f64,
     /// How often the reference was shown again by itself (matching).
     pub replays_reference: Option<u32>,
@@ -71,16 +72,22 @@ pub struct Response {
     pub replays_b: u32,
     /// When the first frame of the reference was first shown by itself (matching), in seconds since
     /// the session was opened.
+    #[schemars(extend("unit" = "s"))]
     pub onset_reference_s: Option<f64>,
     /// When the first frame of A was first shown, in seconds since the session was opened.
+    #[schemars(extend("unit" = "s"))]
     pub onset_a_s: f64,
     /// When the first frame of B was first shown, in seconds since the session was opened.
+    #[schemars(extend("unit" = "s"))]
     pub onset_b_s: f64,
     /// From the reference's onset to the first screen after it.
+    #[schemars(extend("unit" = "s"))]
     pub duration_reference_s: Option<f64>,
     /// From A's first onset to the first screen after its first showing.
+    #[schemars(extend("unit" = "s"))]
     pub duration_a_s: f64,
     /// From B's first onset to the first screen after its first showing.
+    #[schemars(extend("unit" = "s"))]
     pub duration_b_s: f64,
     /// Frames of the reference shown later than they were due, over all showings.
     pub late_frames_reference: Option<u32>,
@@ -106,6 +113,7 @@ pub struct Response {
     pub pacing: Pacing,
     /// The display's refreshes per second as measured; empty if it does not pace the program.
     #[schemars(range(min = 0.0))]
+    #[schemars(extend("unit" = "Hz"))]
     pub refresh_hz: Option<f64>,
     /// Refreshes that each frame was to stay: a whole number if the rates fit; empty if the display
     /// does not pace the program.
@@ -130,9 +138,11 @@ pub struct Response {
     pub eye: Eye,
     /// Pixels per degree of visual angle that the stimuli were made for.
     #[schemars(range(min = 0.0))]
+    #[schemars(extend("unit" = "px/deg"))]
     pub pixels_per_degree: f64,
     /// Image pixels per degree on this display, by its profile; empty if none was given.
     #[schemars(range(min = 0.0))]
+    #[schemars(extend("unit" = "px/deg"))]
     pub viewed_pixels_per_degree: Option<f64>,
     /// Of a simplified model: its name, if the stimuli have the axis `model`.
     pub model: Option<String>,
@@ -143,6 +153,7 @@ pub struct Response {
     pub level_of_detail: Option<f64>,
     /// Screen velocity of what moves in B, the candidate where there is a ground truth, in degrees of
     /// visual angle per second.
+    #[schemars(extend("unit" = "deg/s"))]
     pub speed_deg_per_s: f64,
     /// Whether this is a trial run, whose answers never count.
     pub pilot: bool,
@@ -185,7 +196,7 @@ pub enum TrialKind {
     Pilot,
     /// Asked so that the question is understood: never a result.
     Practice,
-    /// Asked to see whether the observer attends: never a result.
+    /// Asked to see whether the observer attends: no result but the false alarms of same/different.
     Catch,
     /// Given by a simulated observer: a check of the tool, never a finding.
     Simulated,

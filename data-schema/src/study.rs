@@ -8,6 +8,7 @@ use crate::participant::{Participant, ParticipantCode};
 use crate::protocol::{ParticipantField, Protocol};
 use crate::response::Response;
 use crate::table_schema::table_schema;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::io;
@@ -15,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 /// Whose answers a study holds. Pilot and simulated answers lie in studies of their own inside the
 /// study's folder, where no analysis of the study sees them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StudyKind {
     /// Participants' answers that count.
@@ -30,12 +31,29 @@ impl StudyKind {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Real, Self::Pilot, Self::Simulated];
 
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Real => "real",
+            Self::Pilot => "pilot",
+            Self::Simulated => "simulated",
+        }
+    }
+
     /// Where the answers lie in the study in `study`.
     pub fn folder(self, study: &Path) -> PathBuf {
         match self {
             Self::Real => study.to_path_buf(),
             Self::Pilot => study.join("pilot"),
             Self::Simulated => study.join("simulated"),
+        }
+    }
+
+    /// The title of the protocol, after what everybody has to know.
+    pub fn title(self, protocol: &Protocol) -> String {
+        match self.banner() {
+            Some(banner) => format!("{banner}: {}", protocol.title),
+            None => protocol.title.clone(),
         }
     }
 
@@ -103,6 +121,22 @@ pub fn participants_schema(fields: &[ParticipantField]) -> Value {
     schema
 }
 
+/// A table of a data package: its name, its path in the package, and its schema or the path of that.
+pub fn resource(name: &str, path: &str, schema: Value) -> Value {
+    json!({
+        "name": name, "path": path, "profile": "tabular-data-resource",
+        "format": "csv", "mediatype": "text/csv", "encoding": "utf-8", "schema": schema,
+    })
+}
+
+/// A data package of tables; see [`resource`].
+pub fn data_package(protocol: &Protocol, title: &str, resources: &[Value]) -> Value {
+    json!({
+        "profile": "tabular-data-package",
+        "name": protocol.name.to_lowercase(), "title": title, "resources": resources,
+    })
+}
+
 /// Repeats `write` with what `list` gives until that is the same after as before, so that of several
 /// stations that write at once the last one has seen everything.
 ///
@@ -138,30 +172,17 @@ fn describe(
     kind: StudyKind,
     files: &[PathBuf],
 ) -> io::Result<()> {
-    let title = match kind.banner() {
-        Some(banner) => format!("{banner}: {}", protocol.title),
-        None => protocol.title.clone(),
-    };
-    let resource = |name: String, path: String, schema: &str| {
-        json!({
-            "name": name, "path": path, "profile": "tabular-data-resource",
-            "format": "csv", "mediatype": "text/csv", "encoding": "utf-8", "schema": schema,
-        })
-    };
+    let title = kind.title(protocol);
     let (participants, responses) = ("participants.schema.json", "responses.schema.json");
-    let mut resources =
-        vec![resource("participants".into(), "participants.csv".into(), participants)];
+    let mut resources = vec![resource("participants", "participants.csv", participants.into())];
     for path in files {
         let Some(file) = path.file_name().map(|name| name.to_string_lossy().into_owned()) else {
             continue;
         };
         let name = file.trim_end_matches(".csv").to_lowercase();
-        resources.push(resource(name, format!("data/{file}"), responses));
+        resources.push(resource(&name, &format!("data/{file}"), responses.into()));
     }
-    let package = json!({
-        "profile": "tabular-data-package",
-        "name": protocol.name.to_lowercase(), "title": title, "resources": resources,
-    });
+    let package = data_package(protocol, &title, &resources);
     let schema = responses_schema();
     let variables: Vec<&Value> =
         schema["fields"].as_array().into_iter().flatten().map(|f| &f["name"]).collect();

@@ -1,5 +1,5 @@
 //! Frictionless Table Schema for a CSV, made from the JSON Schema of its row type, so that names,
-//! types, constraints and descriptions are written once: on the Rust struct.
+//! types, units, constraints and descriptions are written once: on the Rust struct.
 
 use schemars::{JsonSchema, SchemaGenerator, generate::SchemaSettings};
 use serde_json::{Map, Value, json};
@@ -36,22 +36,33 @@ fn field(name: &str, schema: &Value, required: bool) -> Value {
     if !variants.is_empty() {
         constraints.insert("enum".into(), variants.iter().map(|(name, _)| json!(name)).collect());
     }
-    let mut description =
-        schema.get("description").and_then(Value::as_str).unwrap_or_default().replace('\n', " ");
-    for (name, meaning) in variants {
-        description += &format!(" `{name}`: {}", meaning.replace('\n', " "));
+    let mut field = Map::new();
+    field.insert("name".into(), name.into());
+    field.insert("type".into(), field_type(schema).into());
+    field.insert("description".into(), one_line(schema.get("description")).into());
+    if let Some(unit) = schema.get("unit") {
+        field.insert("unit".into(), unit.clone());
     }
-    json!({ "name": name, "type": field_type(schema), "description": description, "constraints": constraints })
+    if !variants.is_empty() {
+        let category = |(name, meaning)| json!({ "value": name, "label": meaning });
+        field.insert("categories".into(), variants.into_iter().map(category).collect());
+    }
+    field.insert("constraints".into(), constraints.into());
+    field.into()
+}
+
+fn one_line(text: Option<&Value>) -> String {
+    text.and_then(Value::as_str).unwrap_or_default().replace('\n', " ")
 }
 
 /// The values of an enum and what each means.
-fn variants(schema: &Value) -> Vec<(&str, &str)> {
+fn variants(schema: &Value) -> Vec<(&str, String)> {
     schema.get("oneOf").and_then(Value::as_array).map_or(vec![], |options| {
         options
             .iter()
             .filter_map(|option| {
                 let name = option.get("const")?.as_str()?;
-                Some((name, option.get("description").and_then(Value::as_str).unwrap_or_default()))
+                Some((name, one_line(option.get("description"))))
             })
             .collect()
     })

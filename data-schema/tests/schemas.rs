@@ -9,14 +9,15 @@ use shutterlab_data_schema::protocol::Words;
 use shutterlab_data_schema::response::Response;
 use shutterlab_data_schema::votes::VoteRow;
 use shutterlab_data_schema::{
-    Cohort, DisplayProfile, Protocol, Votes, study, table_schema::table_schema,
+    Cohort, DisplayProfile, FittedParameters, Protocol, Votes, study, table_schema::table_schema,
 };
 use std::path::{Path, PathBuf};
 
-fn schemas() -> [(&'static str, Value); 6] {
+fn schemas() -> [(&'static str, Value); 7] {
     [
         ("cohort", schema_for!(Cohort).to_value()),
         ("display", schema_for!(DisplayProfile).to_value()),
+        ("fitted", schema_for!(FittedParameters).to_value()),
         ("protocol", schema_for!(Protocol).to_value()),
         ("responses", study::responses_schema()),
         ("participants", study::participants_schema(&[])),
@@ -86,6 +87,18 @@ fn cohorts_are_judged() {
     }
     for (path, text) in examples("invalid", "cohort") {
         let error = Cohort::parse(&text, "cohort.toml").unwrap_err().to_string();
+        assert!(error.contains(expected_error(&text)), "{}: {error}", path.display());
+    }
+}
+
+#[test]
+fn fitted_parameters_are_judged() {
+    for (path, text) in examples("valid", "fitted") {
+        FittedParameters::parse(&text, "fitted.toml")
+            .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    }
+    for (path, text) in examples("invalid", "fitted") {
+        let error = FittedParameters::parse(&text, "fitted.toml").unwrap_err().to_string();
         assert!(error.contains(expected_error(&text)), "{}: {error}", path.display());
     }
 }
