@@ -1,6 +1,7 @@
 //! Why an input cannot be analysed: each message names the file, the field, the value and what was
 //! allowed.
 
+use shutterlab_data_schema::definition::DefinitionError;
 use shutterlab_data_schema::item_table::TableError;
 
 /// The input could not be read or cannot be analysed.
@@ -43,9 +44,15 @@ pub enum InputError {
     /// A table of votes could not be read.
     #[error(transparent)]
     Votes(#[from] TableError),
+    /// A study's protocol could not be read.
+    #[error(transparent)]
+    Protocol(#[from] DefinitionError),
     /// The level of significance is no probability.
     #[error("alpha: {0}: a number above 0 and below 1 is needed")]
     Alpha(f64),
+    /// The margin of equivalence is no part of one half.
+    #[error("margin: {0}: a number above 0 and below 0.5 is needed")]
+    Margin(f64),
 }
 
 impl InputError {

@@ -26,14 +26,6 @@ impl PValue {
         self.0
     }
 
-    /// The p-value with all its digits, for a cell of a table: a number, or `< 1e-300`.
-    pub(crate) fn csv(self) -> String {
-        match self.0 < SMALLEST_REPORTED {
-            true => self.to_string(),
-            false => format!("{:e}", self.0),
-        }
-    }
-
     /// The p-value as an equation: `p = 0.012`, `p = 1.2e-5`, `p < 1e-300`.
     pub fn equation(self) -> String {
         match self.0 < SMALLEST_REPORTED {

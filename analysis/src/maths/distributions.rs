@@ -1,7 +1,12 @@
 //! The distributions that several tests share: normal, χ² and binomial, with upper tails that keep
 //! their relative precision when they are tiny.
 
-use statrs::function::{beta::beta_reg, factorial::ln_binomial, gamma::gamma_ur};
+use super::normal_quantile::normal_quantile;
+use statrs::function::{
+    beta::beta_reg,
+    factorial::ln_binomial,
+    gamma::{gamma_lr, gamma_ur},
+};
 
 /// Quantile of the standard normal distribution for two-sided 95 % intervals, Φ⁻¹(0.975).
 pub const Z_975: f64 = 1.959_963_984_540_054;
@@ -36,6 +41,16 @@ pub fn chi_square_tail(x: f64, df: f64) -> f64 {
     if x <= 0.0 { 1.0 } else { gamma_ur(0.5 * df, 0.5 * x) }
 }
 
+/// Lower tail of the χ² distribution with `df` degrees of freedom, which need not be whole.
+///
+/// # Formula
+/// ```text
+/// P(χ² ≤ x) = P(df/2, x/2), the regularised lower incomplete gamma function
+/// ```
+pub fn chi_square_lower_tail(x: f64, df: f64) -> f64 {
+    if x <= 0.0 { 0.0 } else { gamma_lr(0.5 * df, 0.5 * x) }
+}
+
 /// Probability of `k` successes in `n` fair coin tosses.
 ///
 /// # Formula
@@ -58,37 +73,49 @@ pub fn fair_binomial_two_sided(n: u64, k: u64) -> f64 {
     (2.0 * tail).min(1.0)
 }
 
-/// Wilson's 95 % interval for a proportion of `k` in `n` > 0 (Wilson 1927).
+/// Wilson's 95 % interval for a proportion of `k` in `n` > 0; see [`wilson`].
+pub fn wilson_95(k: u64, n: u64) -> [f64; 2] {
+    wilson_at(k, n, Z_975)
+}
+
+/// Wilson's interval for a proportion of `k` in `n` > 0 at a `level` such as 0.95 (Wilson 1927).
 ///
 /// # Formula
 /// ```text
-/// (k + z²/2 ± z √(k(n − k)/n + z²/4)) / (n + z²), z = Φ⁻¹(0.975)
+/// (k + z²/2 ± z √(k(n − k)/n + z²/4)) / (n + z²), z = Φ⁻¹((1 + level)/2)
 /// ```
-pub fn wilson_95(k: u64, n: u64) -> [f64; 2] {
-    let (k, n, z2) = (k as f64, n as f64, Z_975 * Z_975);
+pub fn wilson(k: u64, n: u64, level: f64) -> [f64; 2] {
+    wilson_at(k, n, normal_quantile(0.5 * (1.0 + level)))
+}
+
+fn wilson_at(k: u64, n: u64, z: f64) -> [f64; 2] {
+    let (k, n, z2) = (k as f64, n as f64, z * z);
     let centre = (k + 0.5 * z2) / (n + z2);
-    let half = Z_975 * libm::sqrt(k * (n - k) / n + 0.25 * z2) / (n + z2);
+    let half = z * libm::sqrt(k * (n - k) / n + 0.25 * z2) / (n + z2);
     [(centre - half).max(0.0), (centre + half).min(1.0)]
 }
 
-/// Clopper and Pearson's exact 95 % interval for a proportion of `k` in `n` > 0 (1934).
+/// Clopper and Pearson's exact 95 % interval for a proportion of `k` in `n` > 0; see
+/// [`clopper_pearson`].
+pub fn clopper_pearson_95(k: u64, n: u64) -> [f64; 2] {
+    clopper_pearson(k, n, 0.95)
+}
+
+/// Clopper and Pearson's exact interval for a proportion of `k` in `n` > 0 at a `level` such as 0.95
+/// (1934).
 ///
 /// # Formula
 /// ```text
-/// lower: the p with P(X ≥ k | n, p) = 0.025, 0 for k = 0
-/// upper: the p with P(X ≤ k | n, p) = 0.025, 1 for k = n
+/// lower: the p with P(X ≥ k | n, p) = (1 − level)/2, 0 for k = 0
+/// upper: the p with P(X ≤ k | n, p) = (1 − level)/2, 1 for k = n
 /// P(X ≥ k | n, p) = I_p(k, n − k + 1), the regularised incomplete beta function
 /// ```
-pub fn clopper_pearson_95(k: u64, n: u64) -> [f64; 2] {
-    [clopper_pearson_lower(k, n), 1.0 - clopper_pearson_lower(n - k, n)]
-}
-
-fn clopper_pearson_lower(k: u64, n: u64) -> f64 {
-    if k == 0 {
-        return 0.0;
-    }
-    let (a, b) = (k as f64, (n - k + 1) as f64);
-    bisect(0.0, 1.0, |p| beta_reg(a, b, p) >= 0.025)
+pub fn clopper_pearson(k: u64, n: u64, level: f64) -> [f64; 2] {
+    let lower = |k: u64| match k {
+        0 => 0.0,
+        _ => bisect(0.0, 1.0, |p| beta_reg(k as f64, (n - k + 1) as f64, p) >= 0.5 * (1.0 - level)),
+    };
+    [lower(k), 1.0 - lower(n - k)]
 }
 
 /// The smallest point between `low` and `high`, to the last bit, at which `reached` turns true;
@@ -135,6 +162,19 @@ mod tests {
                 let sum: f64 =
                     (0..=n).map(|x| fair_binomial(n, x)).filter(|p| *p <= likelihood).sum();
                 assert!((fair_binomial_two_sided(n, k) - sum).abs() < 1e-13, "{k} of {n}");
+            }
+        }
+    }
+
+    #[test]
+    fn intervals_at_other_levels_are_those_of_r() {
+        // R 4.2.2: binom.test(14, 20, conf.level = .98), prop.test(14, 20, conf.level = .9, correct = F).
+        for (interval, expected) in [
+            (clopper_pearson(14, 20, 0.98), [0.4171362817100388, 0.9024577903043473]),
+            (wilson(14, 20, 0.9), [0.5161962804075577, 0.8361405846480565]),
+        ] {
+            for side in [0, 1] {
+                assert!((interval[side] - expected[side]).abs() < 1e-12, "{interval:?}");
             }
         }
     }

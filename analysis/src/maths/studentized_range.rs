@@ -4,7 +4,7 @@
 //! It is the limit law of the largest difference between the scores of a paired-comparison
 //! experiment (David 1988, §3.3); Pearson and Hartley's Table 29 prints it to two decimals.
 
-use crate::distributions::{bisect, normal_density, normal_tail};
+use crate::maths::distributions::{bisect, normal_density, normal_tail};
 
 /// Step of the trapezoidal rule. Its error for analytic integrands that vanish at both ends falls
 /// exponentially with 1/step; at 1/32 it is below the rounding error.
