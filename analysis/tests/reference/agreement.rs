@@ -2,8 +2,8 @@
 //! Python), with the χ² approximations of the same Σ; and two printed results of the literature.
 
 use crate::close;
-use shutterlab_analysis::agreement::{Agreement, agreement, exact_tail};
-use shutterlab_analysis::preferences::WinMatrix;
+use shutterlab_analysis::input::preferences::WinMatrix;
+use shutterlab_analysis::paired::agreement::{Agreement, agreement, exact_tail};
 
 /// (judges m, stimuli t, Σ, u, exact P(Σ or more), χ² p without and with correction)
 type Case = (u64, usize, u64, f64, f64, f64, f64);
@@ -563,7 +563,7 @@ fn wins_with_sigma(m: u64, t: usize, sigma: u64) -> Option<WinMatrix> {
     Some(wins)
 }
 
-fn result(m: u64, t: usize, sigma: u64) -> Agreement {
+pub fn result(m: u64, t: usize, sigma: u64) -> Agreement {
     let wins = wins_with_sigma(m, t, sigma).expect("this Σ exists");
     agreement(&wins).expect("several judges")
 }

@@ -1,69 +1,263 @@
-//! Circular triads: synthetic tournaments (R 4.2.2, package eba 1.10-1, `circular`, alternative
-//! "less", continuity correction on) and the published counts of tournaments (Alway 1962).
+//! Circular triads: synthetic tournaments (R 4.2.2, package eba 1.10-1, `circular`, November 2026, all
+//! alternatives, continuity correction on and off) and the published counts of tournaments (Alway 1962).
 
 use crate::close;
-use shutterlab_analysis::circular_triads::{
-    TriadsByChance, circular_triads, consistency, max_circular_triads,
+use shutterlab_analysis::paired::circular_triads::{
+    Alternative, TriadsByChance, circular_triads, consistency, max_circular_triads,
 };
 
-/// (scores of one judge, circular triads, ζ, p, χ² and df where p is approximate)
-type Case = (&'static [u64], u64, f64, f64, Option<(f64, f64)>);
+/// p as `circular` gives it (exact up to t = 10); χ² and p with correction, χ² and p without.
+type Test = (f64, Option<[f64; 4]>);
+
+/// One judge's scores and the tests of the circular triads.
+struct Case {
+    scores: &'static [u64],
+    d: u64,
+    zeta: f64,
+    df: Option<f64>,
+    less: Test,
+    greater: Test,
+    two_sided: Test,
+}
 
 const CASES: &[Case] = &[
-    (&[1, 0, 2], 0, 1.0, 0.75, None),
-    (&[1, 2, 2, 1], 2, 0.0, 1.0, None),
-    (&[0, 1, 2, 3], 0, 1.0, 0.375, None),
-    (&[1, 2, 2, 4, 1], 2, 0.6, 0.46875, None),
-    (&[2, 1, 2, 4, 4, 2], 5, 0.375, 0.50927734375, None),
-    (&[0, 1, 2, 3, 4, 5], 0, 1.0, 0.02197265625, None),
-    (&[2, 4, 3, 2, 2, 4, 4], 11, 0.214285714285714, 0.852943420410156, None),
-    (&[6, 4, 1, 2, 3, 4, 5, 3], 12, 0.4, 0.298948764801025, None),
-    (&[0, 1, 3, 2, 4, 5, 6, 7], 0, 1.0, 0.000150203704833984, None),
-    (&[0, 1, 4, 3, 5, 5, 7, 5, 6], 9, 0.7, 0.00695251487195492, None),
-    (&[3, 6, 4, 6, 4, 4, 1, 5, 7, 5], 28, 0.3, 0.343587666553503, None),
-    (&[1, 0, 2, 3, 5, 5, 6, 7, 8, 8], 4, 0.9, 8.19745764601976e-06, None),
-    (
-        &[1, 4, 4, 1, 5, 6, 6, 7, 6, 7, 8],
-        28,
-        0.490909090909091,
-        0.0228958307019896,
-        Some((34.7755102040816, 20.2040816326531)),
-    ),
-    (
-        &[6, 8, 6, 3, 2, 7, 5, 6, 7, 6, 7, 3],
-        52,
-        0.257142857142857,
-        0.316474958897176,
-        Some((23.125, 20.625)),
-    ),
-    (
-        &[0, 3, 2, 2, 3, 5, 7, 6, 8, 9, 10, 11],
-        2,
-        0.971428571428571,
-        8.55109775606056e-08,
-        Some((73.125, 20.625)),
-    ),
-    (
-        &[3, 1, 5, 5, 4, 5, 6, 7, 8, 8, 10, 10, 10, 12, 11],
-        68,
-        0.514285714285714,
-        0.000135138400987051,
-        Some((55.4710743801653, 22.5619834710744)),
-    ),
-    (
-        &[11, 8, 10, 8, 8, 8, 10, 11, 10, 8, 10, 9, 8, 12, 8, 16, 10, 7, 10, 8],
-        293,
-        0.112121212121212,
-        0.699448873926888,
-        Some((22.46875, 26.71875)),
-    ),
-    (
-        &[1, 2, 1, 4, 5, 7, 5, 6, 7, 8, 12, 9, 13, 13, 12, 16, 17, 18, 16, 18],
-        22,
-        0.933333333333333,
-        1.39920092807841e-20,
-        Some((157.96875, 26.71875)),
-    ),
+    Case {
+        scores: &[1, 0, 2],
+        d: 0,
+        zeta: 1.0,
+        df: None,
+        less: (0.75, None),
+        greater: (1.0, None),
+        two_sided: (1.0, None),
+    },
+    Case {
+        scores: &[1, 2, 2, 1],
+        d: 2,
+        zeta: 0.0,
+        df: None,
+        less: (1.0, None),
+        greater: (0.375, None),
+        two_sided: (0.75, None),
+    },
+    Case {
+        scores: &[0, 1, 2, 3],
+        d: 0,
+        zeta: 1.0,
+        df: None,
+        less: (0.375, None),
+        greater: (1.0, None),
+        two_sided: (0.75, None),
+    },
+    Case {
+        scores: &[1, 2, 2, 4, 1],
+        d: 2,
+        zeta: 0.6,
+        df: Some(60.0),
+        less: (0.46875, Some([60.0, 0.47571698610632, 64.0, 0.338005864719518])),
+        greater: (0.765625, Some([68.0, 0.776495126964237, 64.0, 0.661994135280482])),
+        two_sided: (0.765625, Some([60.0, 0.95143397221264, 64.0, 0.676011729439036])),
+    },
+    Case {
+        scores: &[2, 1, 2, 4, 4, 2],
+        d: 5,
+        zeta: 0.375,
+        df: Some(30.0),
+        less: (0.50927734375, Some([28.0, 0.570436712827372, 30.0, 0.46565370894401])),
+        greater: (0.60205078125, Some([32.0, 0.632472640234435, 30.0, 0.53434629105599])),
+        two_sided: (1.0, Some([28.0, 0.859126574345256, 30.0, 0.931307417888019])),
+    },
+    Case {
+        scores: &[0, 1, 2, 3, 4, 5],
+        d: 0,
+        zeta: 1.0,
+        df: Some(30.0),
+        less: (0.02197265625, Some([48.0, 0.0198253328234637, 50.0, 0.0124020607189006])),
+        greater: (1.0, Some([52.0, 0.992383426821852, 50.0, 0.987597939281099])),
+        two_sided: (0.02197265625, Some([48.0, 0.0396506656469273, 50.0, 0.0248041214378012])),
+    },
+    Case {
+        scores: &[2, 4, 3, 2, 2, 4, 4],
+        d: 11,
+        zeta: 0.214285714285714,
+        df: Some(23.3333333333333),
+        less: (
+            0.852943420410156,
+            Some([16.0, 0.866913521858256, 17.3333333333333, 0.807128893365287]),
+        ),
+        greater: (
+            0.263481140136719,
+            Some([18.6666666666667, 0.262598174147396, 17.3333333333333, 0.192871106634713]),
+        ),
+        two_sided: (
+            0.461189270019531,
+            Some([18.6666666666667, 0.525196348294791, 17.3333333333333, 0.385742213269426]),
+        ),
+    },
+    Case {
+        scores: &[6, 4, 1, 2, 3, 4, 5, 3],
+        d: 12,
+        zeta: 0.4,
+        df: Some(21.0),
+        less: (0.298948764801025, Some([24.0, 0.293058531258575, 25.0, 0.24716407892266])),
+        greater: (0.792274951934814, Some([26.0, 0.793550954467686, 25.0, 0.75283592107734])),
+        two_sided: (0.531530857086182, Some([24.0, 0.58611706251715, 25.0, 0.49432815784532])),
+    },
+    Case {
+        scores: &[0, 1, 3, 2, 4, 5, 6, 7],
+        d: 0,
+        zeta: 1.0,
+        df: Some(21.0),
+        less: (
+            0.000150203704833984,
+            Some([48.0, 0.000687648026634738, 49.0, 0.000501716594228326]),
+        ),
+        greater: (1.0, Some([50.0, 0.999635199702777, 49.0, 0.999498283405772])),
+        two_sided: (
+            0.000150203704833984,
+            Some([48.0, 0.00137529605326948, 49.0, 0.00100343318845665]),
+        ),
+    },
+    Case {
+        scores: &[0, 1, 4, 3, 5, 5, 7, 5, 6],
+        d: 9,
+        zeta: 0.7,
+        df: Some(20.16),
+        less: (0.00695251487195492, Some([38.56, 0.00804813269506844, 39.36, 0.00641099950506459])),
+        greater: (0.995824493467808, Some([40.16, 0.994908931558851, 39.36, 0.993589000494935])),
+        two_sided: (
+            0.00937285460531712,
+            Some([38.56, 0.0160962653901369, 39.36, 0.0128219990101292]),
+        ),
+    },
+    Case {
+        scores: &[3, 6, 4, 6, 4, 4, 1, 5, 7, 5],
+        d: 28,
+        zeta: 0.3,
+        df: Some(20.0),
+        less: (
+            0.343587666553503,
+            Some([22.0, 0.340510642465661, 22.6666666666667, 0.305456729582113]),
+        ),
+        greater: (
+            0.727370999338746,
+            Some([23.3333333333333, 0.72727491876665, 22.6666666666667, 0.694543270417887]),
+        ),
+        two_sided: (
+            0.674672205765091,
+            Some([22.0, 0.681021284931322, 22.6666666666667, 0.610913459164227]),
+        ),
+    },
+    Case {
+        scores: &[1, 0, 2, 3, 5, 5, 6, 7, 8, 8],
+        d: 4,
+        zeta: 0.9,
+        df: Some(20.0),
+        less: (
+            8.19745764601976e-06,
+            Some([54.0, 5.78476581472498e-05, 54.6666666666667, 4.6044896509304e-05]),
+        ),
+        greater: (
+            0.999996787482814,
+            Some([55.3333333333333, 0.999963393479622, 54.6666666666667, 0.999953955103491]),
+        ),
+        two_sided: (
+            8.19745764601976e-06,
+            Some([54.0, 0.0001156953162945, 54.6666666666667, 9.2089793018608e-05]),
+        ),
+    },
+    Case {
+        scores: &[1, 4, 4, 1, 5, 6, 6, 7, 6, 7, 8],
+        d: 28,
+        zeta: 0.490909090909091,
+        df: Some(20.2040816326531),
+        less: (
+            0.0228958307019896,
+            Some([34.7755102040816, 0.0228958307019896, 35.3469387755102, 0.0197036671041439]),
+        ),
+        greater: (
+            0.983075537218316,
+            Some([35.9183673469388, 0.983075537218316, 35.3469387755102, 0.980296332895856]),
+        ),
+        two_sided: (
+            0.0457916614039791,
+            Some([34.7755102040816, 0.0457916614039791, 35.3469387755102, 0.0394073342082878]),
+        ),
+    },
+    Case {
+        scores: &[6, 8, 6, 3, 2, 7, 5, 6, 7, 6, 7, 3],
+        d: 52,
+        zeta: 0.257142857142857,
+        df: Some(20.625),
+        less: (0.316474958897176, Some([23.125, 0.316474958897176, 23.625, 0.291489913475805])),
+        greater: (0.73220831998132, Some([24.125, 0.73220831998132, 23.625, 0.708510086524195])),
+        two_sided: (
+            0.632949917794352,
+            Some([23.125, 0.632949917794352, 23.625, 0.582979826951609]),
+        ),
+    },
+    Case {
+        scores: &[0, 3, 2, 2, 3, 5, 7, 6, 8, 9, 10, 11],
+        d: 2,
+        zeta: 0.971428571428571,
+        df: Some(20.625),
+        less: (
+            8.55109775606056e-08,
+            Some([73.125, 8.55109775606056e-08, 73.625, 7.08086011413146e-08]),
+        ),
+        greater: (0.999999941389241, Some([74.125, 0.999999941389241, 73.625, 0.999999929191399])),
+        two_sided: (
+            1.71021955121211e-07,
+            Some([73.125, 1.71021955121211e-07, 73.625, 1.41617202282629e-07]),
+        ),
+    },
+    Case {
+        scores: &[3, 1, 5, 5, 4, 5, 6, 7, 8, 8, 10, 10, 10, 12, 11],
+        d: 68,
+        zeta: 0.514285714285714,
+        df: Some(22.5619834710744),
+        less: (
+            0.000135138400987051,
+            Some([55.4710743801653, 0.000135138400987051, 55.8347107438017, 0.000120104173724984]),
+        ),
+        greater: (
+            0.999893298754419,
+            Some([56.198347107438, 0.999893298754419, 55.8347107438017, 0.999879895826275]),
+        ),
+        two_sided: (
+            0.000270276801974102,
+            Some([55.4710743801653, 0.000270276801974102, 55.8347107438017, 0.000240208347449968]),
+        ),
+    },
+    Case {
+        scores: &[11, 8, 10, 8, 8, 8, 10, 11, 10, 8, 10, 9, 8, 12, 8, 16, 10, 7, 10, 8],
+        d: 293,
+        zeta: 0.112121212121212,
+        df: Some(26.71875),
+        less: (0.699448873926888, Some([22.46875, 0.699448873926888, 22.71875, 0.686026799387309])),
+        greater: (
+            0.327543807609943,
+            Some([22.96875, 0.327543807609943, 22.71875, 0.313973200612691]),
+        ),
+        two_sided: (
+            0.655087615219885,
+            Some([22.96875, 0.655087615219885, 22.71875, 0.627946401225382]),
+        ),
+    },
+    Case {
+        scores: &[1, 2, 1, 4, 5, 7, 5, 6, 7, 8, 12, 9, 13, 13, 12, 16, 17, 18, 16, 18],
+        d: 22,
+        zeta: 0.933333333333333,
+        df: Some(26.71875),
+        less: (
+            1.39920092807841e-20,
+            Some([157.96875, 1.39920092807841e-20, 158.21875, 1.25880450505849e-20]),
+        ),
+        greater: (1.0, Some([158.46875, 1.0, 158.21875, 1.0])),
+        two_sided: (
+            2.79840185615682e-20,
+            Some([157.96875, 2.79840185615682e-20, 158.21875, 2.51760901011698e-20]),
+        ),
+    },
 ];
 
 /// Number of labelled tournaments with d = 0, 1, 2, … circular triads, for t = 3, 4, …, 10
@@ -134,18 +328,31 @@ const TOURNAMENTS: [&[u64]; 8] = [
 ];
 
 #[test]
-fn triads_zeta_and_p_are_those_of_eba() {
-    for (scores, triads, zeta, p, chi_square) in CASES {
-        let t = scores.len();
-        let d = circular_triads(scores);
-        assert_eq!(d, *triads, "{scores:?}");
-        close(consistency(d, 1, t), *zeta, 1e-10, "ζ");
-        let test = TriadsByChance::new(t).test(d);
-        close(test.p.value(), *p, 1e-10, "p");
-        assert_eq!(test.chi_square.is_some(), chi_square.is_some(), "t = {t}");
-        if let (Some((chi2, df)), Some((expected, expected_df))) = (test.chi_square, chi_square) {
-            close(chi2, *expected, 1e-10, "χ²");
-            close(df, *expected_df, 1e-10, "df");
+fn triads_zeta_and_tests_are_those_of_eba() {
+    for case in CASES {
+        let t = case.scores.len();
+        let d = circular_triads(case.scores);
+        assert_eq!(d, case.d, "{:?}", case.scores);
+        close(consistency(d, 1, t), case.zeta, 1e-10, "ζ");
+        for (alternative, (p, chi_square)) in [
+            (Alternative::Less, case.less),
+            (Alternative::Greater, case.greater),
+            (Alternative::TwoSided, case.two_sided),
+        ] {
+            let what = format!("t = {t}, d = {d}, {alternative:?}");
+            let test = TriadsByChance::new(t).test(&[d], alternative);
+            let corrected = test.chi_square_corrected;
+            let default = test.p_exact.or(corrected.map(|test| test.p)).unwrap();
+            close(default.value(), p, 1e-10, &what);
+            assert_eq!(test.p_exact.is_some(), t <= 10);
+            assert_eq!(corrected.is_some(), case.df.is_some());
+            let Some([chi2_corrected, p_corrected, chi2, p]) = chi_square else { continue };
+            let (plain, corrected) = (test.chi_square.unwrap(), corrected.unwrap());
+            close(corrected.df, case.df.unwrap(), 1e-10, &what);
+            close(corrected.chi2, chi2_corrected, 1e-10, &what);
+            close(corrected.p.value(), p_corrected, 1e-10, &what);
+            close(plain.chi2, chi2, 1e-10, &what);
+            close(plain.p.value(), p, 1e-10, &what);
         }
     }
 }
@@ -153,28 +360,34 @@ fn triads_zeta_and_p_are_those_of_eba() {
 #[test]
 fn the_exact_distribution_is_the_published_one() {
     for (t, expected) in (3..).zip(TOURNAMENTS) {
-        let TriadsByChance::Exact { tournaments } = TriadsByChance::new(t) else {
-            panic!("t = {t} is exact")
-        };
-        assert_eq!(tournaments, expected, "t = {t}");
+        let chance = TriadsByChance::new(t);
+        assert_eq!(chance.tournaments(), Some(expected), "t = {t}");
         assert_eq!(max_circular_triads(t) as usize + 1, expected.len(), "t = {t}");
     }
+    assert_eq!(TriadsByChance::new(11).tournaments(), None);
 }
 
 #[test]
 fn five_stimuli_cannot_show_one_consistent_observer_but_several() {
-    let chance = TriadsByChance::new(5);
-    close(chance.test(0).p.value(), 120.0 / 1024.0, 1e-15, "one observer");
-    close(chance.test_pooled(&[0, 0]).p.value(), (120.0_f64 / 1024.0).powi(2), 1e-15, "two");
+    let p = |triads: &[u64]| {
+        let test = TriadsByChance::new(5).test(triads, Alternative::Less);
+        test.p_exact.unwrap().value()
+    };
+    close(p(&[0]), 120.0 / 1024.0, 1e-15, "one observer");
+    close(p(&[0, 0]), (120.0_f64 / 1024.0).powi(2), 1e-15, "two");
 }
 
 #[test]
-fn the_pooled_chi_square_adds_the_observers() {
-    // Twice the synthetic case with t = 11 above: χ² and df double.
-    let pooled = TriadsByChance::new(11).test_pooled(&[28, 28]);
-    let (chi2, df) = pooled.chi_square.expect("approximate above 10 stimuli");
-    close(chi2, 2.0 * 34.7755102040816, 1e-10, "χ²");
-    close(df, 2.0 * 20.2040816326531, 1e-10, "df");
+fn the_pooled_chi_square_is_near_the_exact_distribution() {
+    let chance = TriadsByChance::new(10);
+    let judges = 12;
+    // Chance makes 30 triads each.
+    for each in 25..=30 {
+        let test = chance.test(&vec![each; judges], Alternative::Less);
+        let exact = test.p_exact.unwrap().value();
+        let approximate = test.chi_square_corrected.unwrap().p.value();
+        assert!(approximate / exact > 0.8 && approximate / exact < 1.25, "{exact} {approximate}");
+    }
 }
 
 #[test]

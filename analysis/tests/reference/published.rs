@@ -2,7 +2,9 @@
 //! votes give.
 
 use crate::close;
-use shutterlab_analysis::{Preferences, analyze, published};
+use shutterlab_analysis::Preferences;
+use shutterlab_analysis::paired::analyze;
+use shutterlab_analysis::replication::published;
 use shutterlab_data_schema::Votes;
 
 /// (table, groups at the printed α, best first)

@@ -2,7 +2,9 @@
 
 use crate::close;
 use crate::made_up::{STIMULI, csv_text, study};
-use shutterlab_analysis::{Analysis, InputError, Preferences, analyze, matrix, responses};
+use shutterlab_analysis::input::{matrix, responses};
+use shutterlab_analysis::paired::{PairedComparison, analyze};
+use shutterlab_analysis::{InputError, Preferences};
 use shutterlab_data_schema::Response;
 use shutterlab_data_schema::response::{Answer, TrialKind};
 
@@ -11,10 +13,10 @@ fn real() -> Vec<Response> {
 }
 
 fn parse(rows: &[Response]) -> Result<Preferences, InputError> {
-    responses::parse(&csv_text(rows), "r.csv")
+    responses::parse(&csv_text(rows), "r.csv")?.preferences()
 }
 
-fn analysis(rows: &[Response]) -> Analysis {
+fn analysis(rows: &[Response]) -> PairedComparison {
     analyze(&parse(rows).unwrap(), 0.01).unwrap()
 }
 
@@ -23,12 +25,12 @@ fn a_whole_study_gives_everything() {
     let rows = real();
     let analysis = analysis(&rows);
     assert_eq!((analysis.observers, analysis.trials), (21, 21 * 36));
-    assert_eq!(analysis.simulated, Some(false));
+    assert_eq!(analysis.simulated, Ok(false));
     assert_eq!(analysis.votes.iter().sum::<u64>(), 21 * 36);
     let quality = analysis.data_quality.unwrap();
     assert_eq!((quality.excluded.practice, quality.subjects), (42, 21));
     let consistency = analysis.consistency.unwrap();
-    assert!(consistency.exact && consistency.per_observer_not_testable.is_none());
+    assert!(consistency.test.exact && consistency.per_observer_not_testable.is_none());
     close(consistency.zeta, consistency.zeta_mean, 1e-12, "pooled and mean ζ");
     let agreement = analysis.agreement.unwrap();
     assert!(agreement.u > 0.0 && agreement.p_exact.unwrap().value() < 1e-10);
@@ -53,8 +55,8 @@ fn one_judge_who_always_chooses_the_better_has_no_triads() {
     let consistency = analysis.consistency.unwrap();
     assert_eq!((consistency.circular_triads, consistency.zeta), (0, 1.0));
     // 362880 of 68719476736 tournaments are transitive.
-    close(consistency.p.value(), 362880.0 / 68719476736.0, 1e-12, "p");
-    assert!(analysis.agreement_reason.unwrap().starts_with("agreement needs at least 2"));
+    close(consistency.test.p.value(), 362880.0 / 68719476736.0, 1e-12, "p");
+    assert!(analysis.agreement.unwrap_err().starts_with("agreement needs at least 2"));
 }
 
 #[test]
@@ -95,16 +97,15 @@ fn the_pooled_matrix_gives_the_same_as_the_responses() {
     assert_eq!(pooled.grouping, straight.grouping);
     assert_eq!(pooled.agreement, straight.agreement);
     assert_eq!(pooled.preference, straight.preference);
-    assert_eq!(pooled.consistency, None);
-    assert!(pooled.consistency_reason.unwrap().starts_with("a pooled matrix does not tell"));
+    assert!(pooled.consistency.unwrap_err().starts_with("a pooled matrix does not tell"));
 }
 
 #[test]
 fn an_incomplete_matrix_keeps_what_follows_and_says_what_does_not() {
     let text = "over,A,B,C\nA,0,7,6\nB,3,0,5\nC,2,5,0\n";
     let analysis = analyze(&matrix::parse(text, 10, "m.csv").unwrap(), 0.05).unwrap();
-    assert_eq!((analysis.grouping, analysis.score_equality), (None, None));
-    assert!(analysis.grouping_reason.unwrap().starts_with("scores can only be compared"));
+    assert!(analysis.score_equality.is_err());
+    assert!(analysis.grouping.unwrap_err().starts_with("scores can only be compared"));
     let agreement = analysis.agreement.unwrap();
     assert!(agreement.chi2.is_none() && agreement.p_exact.is_some());
     assert!(analysis.notes[0].contains("1 of 3 pairs were judged by fewer than 10"));
@@ -118,7 +119,8 @@ fn a_session_under_way_is_left_out_by_name() {
     let analysis = analysis(&rows);
     assert_eq!(analysis.observers, 20);
     assert_eq!(analysis.data_quality.unwrap().excluded.incomplete_sets, 31);
-    let note = "Left out: subject P21, session 1, repetition 1, who chose in 31 of 36 pairs.";
+    let note = "Left out of votes, groups, consistency and agreement: subject P21, session 1, \
+                repetition 1, who chose in 31 of 36 pairs.";
     assert_eq!(analysis.notes[0], note);
 }
 
@@ -149,7 +151,7 @@ fn a_changed_stimulus_is_flagged() {
 #[test]
 fn simulated_observers_are_analysed_and_named() {
     let analysis = analysis(&study(3, &STIMULI, TrialKind::Simulated));
-    assert_eq!(analysis.simulated, Some(true));
+    assert_eq!(analysis.simulated, Ok(true));
     assert_eq!(analysis.data_quality.unwrap().observers, ["simulated:made-up"]);
 }
 
@@ -164,12 +166,13 @@ fn a_study_folder_is_all_its_data_files() {
         let file = format!("data/study-madeUp_subject-{name}_session-1_task-2afc_data.csv");
         std::fs::write(folder.path().join(file), csv_text(&part)).unwrap();
     }
-    let read = analyze(&responses::read(folder.path()).unwrap(), 0.01).unwrap();
+    let read =
+        analyze(&responses::read(&[folder.path()]).unwrap().preferences().unwrap(), 0.01).unwrap();
     assert_eq!(read, analysis(&rows));
-    let missing = responses::read(&folder.path().join("no.csv")).unwrap_err().to_string();
+    let missing = responses::read(&[folder.path().join("no.csv")]).err().unwrap().to_string();
     assert!(missing.contains("no.csv: cannot be read: "), "{missing}");
     std::fs::remove_dir_all(folder.path().join("data")).unwrap();
-    let no_data = responses::read(folder.path()).unwrap_err().to_string();
+    let no_data = responses::read(&[folder.path()]).err().unwrap().to_string();
     assert!(no_data.contains("cannot be read: "), "{no_data}");
 }
 
@@ -178,7 +181,7 @@ type Bad = (&'static str, fn(&mut Vec<Response>), &'static str);
 
 #[test]
 fn bad_rows_are_refused_by_name() {
-    let bad: [Bad; 12] = [
+    let bad: [Bad; 11] = [
         (
             "real and simulated",
             |rows| rows[3].kind = TrialKind::Simulated,
@@ -187,9 +190,9 @@ fn bad_rows_are_refused_by_name() {
         (
             "only pilot and practice",
             |rows| rows.iter_mut().skip(2).for_each(|row| row.kind = TrialKind::Pilot),
-            "r.csv: kind: 2 practice, 0 catch and 796 pilot rows: rows that are real or simulated",
+            "r.csv: kind: no answer counts yet: 2 practice, 0 catch and 796 pilot rows: rows that are",
         ),
-        ("no rows", |rows| rows.truncate(0), "r.csv: kind: 0 practice, 0 catch and 0 pilot rows: "),
+        ("no rows", |rows| rows.truncate(0), "r.csv: line 1: header: an empty file: "),
         (
             "a trial twice",
             |rows| rows[4].trial = 4,
@@ -225,7 +228,7 @@ fn bad_rows_are_refused_by_name() {
         (
             "no time",
             |rows| rows[2].response_time_s = f64::NAN,
-            "r.csv: line 4: response_time_s: NaN: a number of seconds",
+            "r.csv: line 4: response_time_s: NaN: a finite number",
         ),
         (
             "a machine posing as a person",
@@ -233,17 +236,12 @@ fn bad_rows_are_refused_by_name() {
             "r.csv: line 4: observer: `simulated:made-up`: a real answer is given by a participant",
         ),
         (
-            "nobody is complete",
-            |rows| rows.truncate(30),
-            "r.csv: pairs: no set has all 36 pairs of 9 stimuli, the fullest has 28: at least one",
-        ),
-        (
             "only one set, and all of it practice",
             |rows| {
                 rows.truncate(38);
                 rows.iter_mut().for_each(|row| row.kind = TrialKind::Practice);
             },
-            "r.csv: kind: 38 practice, 0 catch and 0 pilot rows: ",
+            "r.csv: kind: no answer counts yet: 38 practice, 0 catch and 0 pilot rows: ",
         ),
     ];
     for (what, spoil, expect) in bad {
@@ -252,6 +250,106 @@ fn bad_rows_are_refused_by_name() {
         let error = parse(&rows).unwrap_err().to_string();
         assert!(error.starts_with(expect), "{what} gave {error}");
     }
+}
+
+#[test]
+fn two_folders_of_one_protocol_are_two_studies_and_who_is_missing_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let places = ["here", "there"].map(|name| folder.path().join(name));
+    for place in &places {
+        std::fs::create_dir_all(place.join("data")).unwrap();
+        let file = "data/study-madeUp_subject-all_session-1_task-2afc_data.csv";
+        std::fs::write(place.join(file), csv_text(&real())).unwrap();
+        let codes: String = (1..=22).map(|code| format!("P{code:02},x\n")).collect();
+        std::fs::write(place.join("participants.csv"), format!("subject,hand\n{codes}")).unwrap();
+    }
+    let read = responses::read(&places).unwrap().preferences().unwrap();
+    let analysis = analyze(&read, 0.01).unwrap();
+    assert_eq!(analysis.observers, 42);
+    let groups = analysis.observer_groups.unwrap();
+    assert!(groups.iter().any(|group| group.name == "study" && group.comparison.is_ok()));
+    let note = |start: &str| analysis.notes.iter().any(|note| note.starts_with(start));
+    assert!(note("Entered in participants.csv, but without answers that count: P22"));
+    assert!(note("The studies share the codes P01, P02,"));
+}
+
+#[test]
+fn the_responses_of_an_export_are_read_as_their_study_is() {
+    let text = csv_text(&real());
+    let exported: String = text
+        .lines()
+        .enumerate()
+        .map(|(i, line)| format!("{},{line}\n", if i == 0 { "study_kind" } else { "real" }))
+        .collect();
+    let read = |text: &str| responses::parse(text, "r.csv").and_then(|read| read.preferences());
+    assert_eq!(read(&exported).unwrap(), read(&text).unwrap());
+}
+
+#[test]
+fn tables_of_other_programs_have_other_line_ends_and_a_mark_before_them() {
+    let rows = real();
+    let text = csv_text(&rows);
+    let foreign = format!("\u{feff}{}", text.replace('\n', "\r\n"));
+    let read = |text: &str| responses::parse(text, "r.csv").and_then(|read| read.preferences());
+    assert_eq!(read(&foreign).unwrap(), read(&text).unwrap());
+    let mut spoiled = rows;
+    spoiled[3].trial = 3;
+    let text = csv_text(&spoiled).replace('\n', "\r\n");
+    let error = read(&text).unwrap_err().to_string();
+    assert!(error.starts_with("r.csv: line 5: trial: "), "{error}");
+    let votes = shutterlab_data_schema::Votes::parse("item,votes\r\nA,2\r\nB,x\r\n", "v.csv");
+    assert!(votes.unwrap_err().to_string().contains("line 3"));
+    let matrix = matrix::parse("\u{feff},A,B\r\nA,,1\r\nB,x,\r\n", 1, "m.csv").unwrap_err();
+    assert!(matrix.to_string().starts_with("m.csv: line 3: "), "{matrix}");
+}
+
+#[test]
+fn without_a_complete_set_every_choice_counts_and_words_say_what_does_not_follow() {
+    let mut rows = real();
+    rows.truncate(2 * 38);
+    rows.remove(70);
+    rows.remove(30);
+    let analysis = analysis(&rows);
+    assert_eq!((analysis.observers, analysis.trials), (2, 70));
+    assert!(analysis.notes[0].starts_with("No observer chose in all 36 pairs"));
+    assert!(analysis.grouping.unwrap_err().starts_with("scores can only be compared"));
+    assert!(analysis.consistency.unwrap_err().starts_with("observers who chose in every pair"));
+    assert_eq!(analysis.pairs.unwrap().len(), 36);
+}
+
+#[test]
+fn a_design_of_some_pairs_has_complete_sets_of_those() {
+    let one_step = |row: &Response| {
+        let place = |id: &String| STIMULI.iter().position(|item| item == id).unwrap();
+        place(&row.stimulus_a).abs_diff(place(&row.stimulus_b)) == 1
+    };
+    let rows: Vec<Response> = real().into_iter().filter(one_step).collect();
+    let analysis = analysis(&rows);
+    assert_eq!((analysis.observers, analysis.trials), (21, 21 * 8));
+    assert_eq!(analysis.notes[0], "8 of the 36 pairs of 9 stimuli were compared.");
+    assert!(analysis.consistency.is_err() && analysis.grouping.is_err());
+    assert!(analysis.agreement.unwrap().p_exact.is_some());
+}
+
+#[test]
+fn two_studies_of_the_same_stimuli_are_two_groups_of_people() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut rows = real();
+    let mono = folder.path().join("mono.csv");
+    std::fs::write(&mono, csv_text(&rows)).unwrap();
+    rows.iter_mut().for_each(|row| row.study = "stereo".into());
+    let stereo = folder.path().join("stereo.csv");
+    std::fs::write(&stereo, csv_text(&rows)).unwrap();
+    let both = responses::read(&[&mono, &stereo]).unwrap().preferences().unwrap();
+    assert_eq!(both.observers(), 42);
+    rows.iter_mut().for_each(|row| {
+        row.stimulus_a += "x";
+        row.stimulus_b += "x";
+        row.selected = row.selected.as_ref().map(|id| format!("{id}x"));
+    });
+    std::fs::write(&stereo, csv_text(&rows)).unwrap();
+    let others = responses::read(&[&mono, &stereo]).unwrap().preferences().unwrap_err();
+    assert!(others.to_string().contains("compare the same stimuli"), "{others}");
 }
 
 #[test]
@@ -266,11 +364,14 @@ fn torn_and_foreign_files_are_refused_by_name() {
         (&foreign, "r.csv: line 1: header: `stimulus_one`: unknown field `stimulus_one`".into()),
         (&mistyped, "r.csv: line 2: kind: `practise`: unknown variant `practise`".into()),
         ("item,votes\nA,1\n", "r.csv: line 1: header: `item`: unknown field `item`".into()),
-        ("", "r.csv: kind: 0 practice, 0 catch and 0 pilot rows: ".into()),
+        ("", "r.csv: line 1: header: an empty file: ".into()),
     ] {
-        let error = responses::parse(text, "r.csv").unwrap_err().to_string();
+        let error = responses::parse(text, "r.csv")
+            .and_then(|read| read.preferences())
+            .unwrap_err()
+            .to_string();
         assert!(error.starts_with(&expect), "{error}");
     }
-    let error = responses::parse(torn, "r.csv").unwrap_err().to_string();
+    let error = responses::parse(torn, "r.csv").err().unwrap().to_string();
     assert!(error.ends_with("the file ends in the middle of a line"), "{error}");
 }

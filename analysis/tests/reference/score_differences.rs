@@ -2,8 +2,8 @@
 //! quadrature to 1e-12; tails: R 4.2.2 `ptukey`) and the critical differences R_c that follow from it.
 
 use crate::close;
-use shutterlab_analysis::score_groups::critical_difference;
-use shutterlab_analysis::studentized_range::{upper_quantile, upper_tail};
+use shutterlab_analysis::maths::studentized_range::{upper_quantile, upper_tail};
+use shutterlab_analysis::paired::score_groups::critical_difference;
 
 /// (t, α, W_{t,α})
 const QUANTILES: [(usize, f64, f64); 14] = [
