@@ -28,6 +28,28 @@ pub struct Pool {
     pub catch: Vec<(usize, usize)>,
 }
 
+impl Pool {
+    /// The stimuli that `protocol` names, before any is rendered: all combinations of its levels, as if
+    /// every axis that it does not name had one level. Which stimuli practice and catch pairs show is left open.
+    pub fn named_by(protocol: &Protocol) -> Self {
+        let levels: Vec<IndexMap<String, String>> =
+            protocol.stimuli.iter().fold(vec![IndexMap::new()], |cells, (axis, levels)| {
+                let with = |cell: &IndexMap<String, String>, level: &String| {
+                    let mut cell = cell.clone();
+                    cell.insert(axis.clone(), level.clone());
+                    cell
+                };
+                cells.iter().flat_map(|cell| levels.iter().map(|l| with(cell, l))).collect()
+            });
+        let other = (levels.len(), levels.len() + 1);
+        Self {
+            practice: vec![other; protocol.practice.len()],
+            catch: vec![other; protocol.catch.len()],
+            levels,
+        }
+    }
+}
+
 /// The stimuli do not make the design.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DesignError {

@@ -13,6 +13,7 @@ pub use judge::Judge;
 use crate::bradley_terry::{FitError, strengths};
 use crate::stimuli_set::StimulusSet;
 use differences::Differences;
+use indexmap::IndexMap;
 use model::{Noise, Perception, Psychometric};
 use shutterlab_data_schema::cohort::{Model, Observers, ResponseTime};
 use shutterlab_data_schema::item_table::{self, TableError};
@@ -267,7 +268,7 @@ impl SimulatedObserver {
         let value = |stimulus: &Stimulus| {
             let about: Vec<f64> = items
                 .iter()
-                .filter(|(item, _)| is_about(item, stimulus))
+                .filter(|(item, _)| is_about(item, &stimulus.id, &stimulus.levels))
                 .map(|(_, value)| *value)
                 .collect();
             match about[..] {
@@ -322,7 +323,9 @@ fn of_worths(worths: Vec<(String, f64)>, false_alarm_rate: Option<f64>) -> Basis
     Basis::Items { values, noise: Noise::Logistic, false_alarm_rate }
 }
 
-fn is_about(item: &str, stimulus: &Stimulus) -> bool {
+/// Whether an item of a table is about the stimulus `id` with these `levels`: it is the id, or names levels
+/// that the stimulus has, like `A4T3`, in which each name begins with a capital letter.
+pub fn is_about(item: &str, id: &str, of: &IndexMap<String, String>) -> bool {
     let mut levels: Vec<String> = vec![];
     for letter in item.chars() {
         match levels.last_mut() {
@@ -330,8 +333,8 @@ fn is_about(item: &str, stimulus: &Stimulus) -> bool {
             _ => levels.push(letter.into()),
         }
     }
-    let has = |level: &String| stimulus.levels.values().any(|name| name == level);
-    item == stimulus.id || levels.iter().all(has)
+    let has = |level: &String| of.values().any(|name| name == level);
+    item == id || levels.iter().all(has)
 }
 
 #[cfg(test)]

@@ -111,8 +111,8 @@ fn items_are_matched_to_stimuli_by_their_levels_or_their_id() {
     let values = observer.values(values, &set).unwrap();
     let best = (0..9).max_by(|a, b| values[*a].total_cmp(&values[*b])).unwrap();
     assert_eq!(set.stimulus(best).id, "M2-S2-T3-A5");
-    assert!(is_about("M2-S2-T3-A5", set.stimulus(best)));
-    assert!(!is_about("M2-S2-T3-A4", set.stimulus(best)));
+    assert!(is_about("M2-S2-T3-A5", &set.stimulus(best).id, &set.stimulus(best).levels));
+    assert!(!is_about("M2-S2-T3-A4", &set.stimulus(best).id, &set.stimulus(best).levels));
 }
 
 #[test]
@@ -148,7 +148,10 @@ fn simulated_votes_agree_with_the_table() {
         }
     }
     for (index, count) in counts.into_iter().enumerate() {
-        let row = votes.rows.iter().find(|row| is_about(&row.item, set.stimulus(index)));
+        let row = votes
+            .rows
+            .iter()
+            .find(|row| is_about(&row.item, &set.stimulus(index).id, &set.stimulus(index).levels));
         let expected = row.unwrap().votes as f64 * f64::from(COHORT) / 30.0;
         // At most 8 · ¼ · COHORT is the variance; five standard deviations.
         let bound = 5.0 * (2.0 * f64::from(COHORT)).sqrt();

@@ -98,6 +98,21 @@ fn the_designs_are_those_of_the_thesis() {
     }
 }
 
+/// What a protocol names is what is rendered for it.
+#[test]
+fn a_design_is_known_before_anything_is_rendered() {
+    for name in names() {
+        let protocol = load(name).unwrap();
+        let trials = plan(&protocol, &Pool::named_by(&protocol), protocol.seed, 1).unwrap();
+        let sequence_s = {
+            let image = &rendered(name)[0].image;
+            f64::from(image.frames) / image.fps
+        };
+        let (before, after) = (DesignReport::new(&protocol, &trials, sequence_s), report(name));
+        assert_eq!(DesignReport { first: after.first, ..before }, after, "{name}");
+    }
+}
+
 /// §5.6.3 and §6.5.1 count the two judgements of a participant as two: neither may favour a place.
 #[test]
 fn repeated_pairs_come_in_both_orders() {
