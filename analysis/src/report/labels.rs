@@ -1,4 +1,5 @@
-//! Short names: stimulus ids without the levels that all of them share, and letters for groups.
+//! Short names and words: stimulus ids without the levels that all of them share, letters for groups,
+//! counts.
 
 /// Labels of `items` for people: an id such as `M2-S2-T3-A4` joins one level per axis by `-`; the
 /// levels that all items have in common are dropped (`T3-A4`).
@@ -31,6 +32,11 @@ pub fn common_levels(items: &[String]) -> String {
     common.map(|axis| first[axis]).collect::<Vec<_>>().join("-")
 }
 
+/// How many: `1 trial`, `2 trials`.
+pub(crate) fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 /// The letter of group `index` from 0: a, b, … z, then a2, b2, ….
 pub fn letter(index: usize) -> String {
     let letter = char::from(b'a' + (index % 26) as u8);
@@ -44,6 +50,20 @@ pub fn letter(index: usize) -> String {
 pub fn letters(item: &str, groups: &[Vec<String>]) -> String {
     let of_item = groups.iter().enumerate().filter(|(_, group)| group.iter().any(|i| i == item));
     of_item.map(|(index, _)| letter(index)).collect()
+}
+
+/// A number with four significant digits, without zeros at its end.
+pub(crate) fn significant(value: f64) -> String {
+    let size = libm::log10(value.abs());
+    if value == 0.0 || !(-4.0..7.0).contains(&size) {
+        return if value == 0.0 { "0".into() } else { format!("{value:.3e}") };
+    }
+    let decimals = (3 - size.floor() as i32).max(0) as usize;
+    let text = format!("{value:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').into(),
+        false => text,
+    }
 }
 
 #[cfg(test)]
@@ -74,5 +94,20 @@ mod tests {
         let groups = [vec!["A".to_string(), "B".into()], vec!["B".into(), "C".into()]];
         assert_eq!(letters("B", &groups), "ab");
         assert_eq!(letters("D", &groups), "");
+    }
+
+    #[test]
+    fn numbers_have_four_digits() {
+        for (value, text) in [
+            (0.0, "0"),
+            (7.3, "7.3"),
+            (-0.123_456, "-0.1235"),
+            (1234.56, "1235"),
+            (120_000.0, "120000"),
+            (0.001, "0.001"),
+            (3.21e-7, "3.210e-7"),
+        ] {
+            assert_eq!(significant(value), text);
+        }
     }
 }

@@ -1,16 +1,22 @@
-//! The analysis for people: a text for the terminal, tables as CSV, and one HTML page.
+//! The analysis for people: a text for the terminal, one HTML page, and files with every table and
+//! figure.
 
-mod figures;
+pub mod document;
+mod files;
 mod html;
-mod labels;
-mod sentences;
-mod tables;
+pub(crate) mod labels;
+mod picture;
+pub mod plot;
+pub mod quality;
+pub mod section;
+pub mod terminal;
 mod text;
 
 use std::collections::BTreeMap;
 
+pub use document::Document;
+pub use files::{csv, files, files_of};
 pub use html::html;
-pub use tables::tables;
 pub use text::text;
 
 /// What a report says beside the analysis.
