@@ -22,21 +22,26 @@ fn two_sessions() -> TempDir {
     folder
 }
 
-/// The validator of data packages, if it is there. It must be if `SHUTTERLAB_REQUIRE_VALIDATORS` is set.
-fn frictionless() -> Option<OsString> {
-    let program = std::env::var_os("SHUTTERLAB_FRICTIONLESS").unwrap_or("frictionless".into());
+/// The validator of data packages, if it is there.
+pub fn frictionless() -> Option<OsString> {
+    program("SHUTTERLAB_FRICTIONLESS", "frictionless", "SHUTTERLAB_REQUIRE_VALIDATORS")
+}
+
+/// The program that the environment names as `variable`, else `name`, if it runs. It must if `required` is
+/// set.
+pub fn program(variable: &str, name: &str, required: &str) -> Option<OsString> {
+    let program = std::env::var_os(variable).unwrap_or(name.into());
     let version = Command::new(&program).arg("--version").output();
     if version.as_ref().is_ok_and(|output| output.status.success()) {
         return Some(program);
     }
-    let missing = format!("{} does not run: {version:?}", program.display());
-    skip("SHUTTERLAB_REQUIRE_VALIDATORS", &missing);
+    skip(required, &format!("{} does not run: {version:?}", program.display()));
     None
 }
 
 /// What the validator says about the data package in `folder`, which has `tables` tables: its kinds of
 /// error; none if it is valid.
-fn errors(program: &OsString, folder: &Path, tables: usize) -> BTreeSet<String> {
+pub fn errors(program: &OsString, folder: &Path, tables: usize) -> BTreeSet<String> {
     let output = Command::new(program)
         .current_dir(folder)
         .args(["validate", "--json", "datapackage.json"])
@@ -141,7 +146,7 @@ fn a_study_is_named_and_described_as_psych_ds_asks() {
 
 /// `keyword-value`, once or more, joined by `_`, then `_data.csv`: keywords are lower-case letters,
 /// values letters and digits, no keyword comes twice.
-fn is_psych_ds_name(name: &str) -> bool {
+pub fn is_psych_ds_name(name: &str) -> bool {
     let Some(parts) = name.strip_suffix("_data.csv") else { return false };
     let mut keywords = BTreeSet::new();
     parts.split('_').all(|part| {
