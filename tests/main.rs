@@ -17,13 +17,21 @@ mod cohorts;
 /// What a display profile says is what is to be seen on the screen.
 #[cfg(all(feature = "window", target_os = "linux"))]
 mod display;
+/// `export`: what other programs make of a study.
+mod export;
+/// `fit` on made-up ratings and points.
+mod fit;
 /// The operator's pages, and what they record.
 #[cfg(all(feature = "window", target_os = "linux"))]
 mod operator;
+/// `plan`: what a study can find, for every shipped protocol.
+mod plan;
 /// From simulated answers back to what they were drawn from.
 mod recovery;
 /// `render`: manifests, resuming, the same bytes again.
 mod render;
+/// `replicate`: published numbers beside ours.
+mod replicate;
 /// Which room may import from which.
 mod rooms;
 /// Scenes in files, and their light maps.

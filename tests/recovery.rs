@@ -2,8 +2,8 @@
 
 use crate::support::{read_table, small_stimuli, succeed, tree};
 use serde_json::Value;
-use shutterlab_analysis::published;
-use shutterlab_analysis::studentized_range::upper_quantile;
+use shutterlab_analysis::maths::studentized_range::upper_quantile;
+use shutterlab_analysis::replication::published;
 use shutterlab_data_schema::Votes;
 use shutterlab_experiments::{SessionRequest, SimulatedObserver, protocols, run_simulated};
 use std::collections::BTreeMap;

@@ -6,7 +6,8 @@ use super::run::published_observer;
 use super::say;
 use crate::pipelines::DeviceChoice;
 use anyhow::Context;
-use shutterlab_analysis::{analyze, report, responses};
+use shutterlab_analysis::input::responses;
+use shutterlab_analysis::{analyze, report};
 use shutterlab_data_schema::files::create_folder;
 use shutterlab_data_schema::study::StudyKind;
 use shutterlab_experiments::{SessionRequest, protocols, run_simulated};
@@ -56,11 +57,11 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     eprintln!("3/3 analysing");
     // Simulated answers have a folder of their own in the study.
     let study = StudyKind::Simulated.folder(&study);
-    let analysis = analyze(&responses::read(&study)?, 0.01)?;
+    let document = analyze(&responses::read(&[&study])?, 0.01)?.document();
     let command = format!("shutterlab demo -o {}", args.out.display());
     let thumbnails = read_thumbnails(&study)?;
     let page =
-        write_report(&analysis, &args.out.join("report"), &protocol.title, &thumbnails, &command)?;
-    say(&report::text(&analysis))?;
+        write_report(&document, &args.out.join("report"), &protocol.title, &thumbnails, &command)?;
+    say(&report::text(&document))?;
     say(&format!("\nreport: {}", std::path::absolute(&page)?.display()))
 }

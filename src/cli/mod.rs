@@ -8,8 +8,12 @@ mod analyze;
 mod demo;
 mod devices;
 mod display;
+mod export;
+mod fit;
+mod plan;
 mod progress;
 mod render;
+mod replicate;
 mod run;
 #[cfg(feature = "screen")]
 mod screen;
@@ -34,10 +38,14 @@ struct Cli {
 enum Verb {
     Demo(demo::Args),
     Render(render::Args),
+    Plan(plan::Args),
     Run(Box<run::Args>),
     Status(status::Args),
     Withdraw(withdraw::Args),
     Analyze(analyze::Args),
+    Replicate(replicate::Args),
+    Fit(fit::Args),
+    Export(export::Args),
     Validate(validate::Args),
     #[cfg(feature = "screen")]
     Screen(screen::Args),
@@ -79,10 +87,14 @@ pub fn main() -> ExitCode {
     let done = match cli.verb {
         Verb::Demo(args) => demo::run(&args),
         Verb::Render(args) => render::run(&args),
+        Verb::Plan(args) => plan::run(&args),
         Verb::Run(args) => run::run(&args),
         Verb::Status(args) => status::run(&args),
         Verb::Withdraw(args) => withdraw::run(&args),
         Verb::Analyze(args) => analyze::run(&args),
+        Verb::Replicate(args) => replicate::run(&args),
+        Verb::Fit(args) => fit::run(&args),
+        Verb::Export(args) => export::run(&args),
         Verb::Validate(args) => validate::run(&args),
         #[cfg(feature = "screen")]
         Verb::Screen(args) => screen::run(&args),

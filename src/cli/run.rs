@@ -2,7 +2,7 @@
 
 use super::{UsageError, counted, say};
 use anyhow::Context;
-use shutterlab_analysis::published;
+use shutterlab_analysis::replication::published;
 use shutterlab_data_schema::study::StudyKind;
 use shutterlab_data_schema::{Cohort, ParticipantCode, Protocol, Votes};
 use shutterlab_experiments::{

@@ -3,7 +3,7 @@
 use super::{counted, say};
 use anyhow::bail;
 use serde::Serialize;
-use shutterlab_analysis::circular_triads::{circular_triads, consistency};
+use shutterlab_analysis::paired::circular_triads::{circular_triads, consistency};
 use shutterlab_data_schema::Response;
 use shutterlab_data_schema::protocol::Task;
 use shutterlab_data_schema::response::TrialKind;

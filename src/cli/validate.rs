@@ -6,9 +6,8 @@ use crate::render::Renderer;
 use crate::scene::import;
 use anyhow::{Context, anyhow};
 use shutterlab_data_schema::cohort::Cohort;
-use shutterlab_data_schema::protocol::Task;
 use shutterlab_data_schema::study::StudyKind;
-use shutterlab_data_schema::{DisplayProfile, Protocol, definition};
+use shutterlab_data_schema::{DisplayProfile, FittedParameters, Protocol};
 use shutterlab_experiments::record::status::status;
 use shutterlab_stimuli::generate::ORIGIN_FILE as UNFINISHED;
 use shutterlab_stimuli::manifest::FILE_NAME;
@@ -36,11 +35,11 @@ const DISPLAY_KEYS: [&str; 11] = [
 const MAX_FAULTS: usize = 10;
 
 /// Check sequences (every file's hash, and a random frame rendered anew), studies, grids, scenes,
-/// protocols, cohorts, display profiles, light maps and models.
+/// protocols, cohorts, fitted parameters, display profiles, light maps and models.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Sequence folders, folders of such, study folders; files: grids, scenes, protocols, cohorts and
-    /// display profiles (.toml), light maps (.hdr, .exr), models (.ply, .obj, .gltf, .glb)
+    /// Sequence folders, folders of such, study folders; files: grids, scenes, protocols, cohorts, fitted
+    /// parameters and display profiles (.toml), light maps (.hdr, .exr), models (.ply, .obj, .gltf, .glb)
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     /// What renders anew
@@ -117,7 +116,7 @@ fn check(
     }
 }
 
-/// Checks the records of a study, and its answers as far as there is an analysis of its task.
+/// Checks the records of a study, and its answers as an analysis reads them.
 fn check_study(path: &Path) -> Result<String, Vec<anyhow::Error>> {
     let one = |error: anyhow::Error| vec![error];
     // The folders of pilots and simulated observers are studies, too.
@@ -126,11 +125,7 @@ fn check_study(path: &Path) -> Result<String, Vec<anyhow::Error>> {
     if !study.faults.is_empty() {
         return Err(study.faults.into_iter().map(anyhow::Error::msg).collect());
     }
-    let protocol = definition::read::<Protocol>(&path.join("protocol.toml"));
-    if protocol.map_err(|e| one(e.into()))?.task == Task::TwoAfc {
-        let answers = shutterlab_analysis::responses::read(path).map_err(|e| one(e.into()))?;
-        return Ok(format!("study, answers about {} stimuli", answers.items().len()));
-    }
+    shutterlab_analysis::input::responses::read(&[path]).map_err(|e| one(e.into()))?;
     let answers: u32 = study.sessions.iter().map(|session| session.answered).sum();
     Ok(format!("study, {}", counted(answers as usize, "answer")))
 }
@@ -149,8 +144,9 @@ fn check_file(path: &Path) -> anyhow::Result<String> {
         }
         "toml" => check_definition(path),
         _ => Err(anyhow!(
-            "{}: ending: {ending:?}: grids, scenes, protocols, cohorts, display profiles (.toml), light maps (.hdr, .exr) and \
-             models (.ply, .obj, .gltf, .glb) can be checked, and a sequence or a study by its folder",
+            "{}: ending: {ending:?}: grids, scenes, protocols, cohorts, fitted parameters, \
+             display profiles (.toml), light maps (.hdr, .exr) and models (.ply, .obj, .gltf, \
+             .glb) can be checked, and a sequence or a study by its folder",
             path.display()
         )),
     }
@@ -193,8 +189,9 @@ fn check_sequence(
 fn check_definition(path: &Path) -> anyhow::Result<String> {
     let file = path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(|| format!("{file}: cannot be read"))?;
-    // Only a grid has axes as a table, only a scene a camera, only a cohort observers, and only a protocol
-    // a question. Nothing in a display profile is needed but its name.
+    // Only a grid has axes as a table, only a scene a camera, only a cohort observers, only fitted
+    // parameters what they were fitted to, and only a protocol a question. Nothing in a display profile
+    // is needed but its name.
     let keys: toml::Table = text.parse().unwrap_or_default();
     // No absolute path is the name of a shipped one.
     let absolute = std::path::absolute(path)?.display().to_string();
@@ -209,6 +206,9 @@ fn check_definition(path: &Path) -> anyhow::Result<String> {
         let cohort = Cohort::parse(&text, &file)?;
         let count: u32 = cohort.observers.iter().map(|sort| sort.count).sum();
         return Ok(format!("cohort, {}", counted(count as usize, "observer")));
+    } else if keys.contains_key("fitted_to") {
+        let fitted = FittedParameters::parse(&text, &file)?.fitted_to;
+        return Ok(format!("parameters fitted to {}", fitted.source));
     } else if ["question", "task", "design"].iter().any(|key| keys.contains_key(*key)) {
         return Ok(format!("protocol {}", Protocol::parse(&text, &file)?.name));
     } else if DISPLAY_KEYS.iter().any(|key| keys.contains_key(*key))
@@ -217,8 +217,9 @@ fn check_definition(path: &Path) -> anyhow::Result<String> {
         return Ok(format!("display profile {}", DisplayProfile::parse(&text, &file)?.name));
     } else {
         return Err(anyhow!(
-            "{file}: a grid has [axes], a scene [camera], a protocol a question, a cohort [[observers]], a \
-             display profile one of {}: this file has none of these",
+            "{file}: a grid has [axes], a scene [camera], a protocol a question, a cohort \
+             [[observers]], fitted parameters [fitted_to], a display profile one of {}: this \
+             file has none of these",
             DISPLAY_KEYS.join(", ")
         ));
     };
