@@ -9,6 +9,8 @@ compare_accuracy <- function(study, what, ours, right, n) {
           test(function(k, n) prop.test(k, n, correct = FALSE)$conf.int), "stats::prop.test", 1e-10, size = 1)
   compare(study, "share: Clopper and Pearson's interval", ends("clopper_pearson_95"),
           test(function(k, n) binom.test(k, n)$conf.int), "stats::binom.test", 1e-10, size = 1)
+  # Unequal numbers of identical and different pairs have no test against one half.
+  if (anyNA(field(ours, "p_above_chance"))) return()
   compare(study, "share: p above chance", field(ours, "p_above_chance"),
           test(function(k, n) binom.test(k, n, 0.5, "greater")$p.value), "stats::binom.test", 1e-10)
 }
