@@ -2,7 +2,7 @@
 
 use super::rating::{Share, THRESHOLD};
 use crate::report::plot::{Axis, Dot, dots};
-use crate::report::section::{Cell, Column, Figure, Kind, Section, Table};
+use crate::report::section::{Cell, Column, Figure, Kind, Section, Table, ZHANG};
 use serde::Serialize;
 use shutterlab_data_schema::Response;
 use shutterlab_data_schema::response::Answer;
@@ -182,6 +182,6 @@ pub fn section(ratings: &[CandidateRating]) -> Section {
              truth and u₂ different (Zhang et al. 2014, Appendix A)."
                 .into(),
         ],
-        references: vec![],
+        references: vec![ZHANG],
     }
 }

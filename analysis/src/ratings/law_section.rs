@@ -4,9 +4,10 @@ use super::law::{PUBLISHED_R, Refit};
 use super::law_tables::{figure, models, parameters, residuals, units};
 use super::level_of_detail::Rule;
 use super::reciprocal::{Parameter, ReciprocalFit};
-use super::section::{ZHANG, interval, known, left_out, who};
+use super::section::{interval, known, left_out, who};
 use crate::report::labels::significant;
 use crate::report::section::Section;
+use crate::report::section::ZHANG;
 use shutterlab_data_schema::fitted::LevelOfDetailLaw;
 
 const PUBLISHED: LevelOfDetailLaw = LevelOfDetailLaw::PUBLISHED;

@@ -9,6 +9,7 @@ use super::section_tables as tables;
 use crate::outcome::Outcome;
 use crate::report::labels::significant;
 use crate::report::section::Section;
+use crate::report::section::ZHANG;
 
 /// What sentences about simulated answers begin with.
 const SIMULATED: &str =
@@ -77,8 +78,6 @@ pub fn section(analysis: &RatingAnalysis) -> Section {
     }
 }
 
-pub(super) const ZHANG: &str = "Zhang, Wang, Sun & Han (2014). Perception-based model \
-     simplification for motion blur rendering. Graphical Models 76.";
 const WILSON: &str = "Wilson, E. B. (1927). Probable inference, the law of succession, and \
      statistical inference. Journal of the American Statistical Association 22, 209–212.";
 const CLOPPER: &str = "Clopper, C. J. & Pearson, E. S. (1934). The use of confidence or fiducial \

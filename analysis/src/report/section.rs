@@ -147,6 +147,10 @@ impl<T: Into<Self>> From<Option<T>> for Cell {
     }
 }
 
+/// The work that rates simplified models, as in a list of references.
+pub(crate) const ZHANG: &str = "Zhang, M., Wang, W., Sun, H. and Han, H. (2014). Perception-based model \
+     simplification for motion blur rendering. Graphical Models 76.";
+
 /// The columns that [`share_cells`] fills.
 pub(crate) fn share_columns() -> Vec<Column> {
     let share = |name: &str, title: &str, kind: Kind, description: &str| {

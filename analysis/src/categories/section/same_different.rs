@@ -10,15 +10,14 @@ use crate::categories::discrimination::Strategy;
 use crate::categories::same_different::Candidate;
 use crate::report::labels::counted;
 use crate::report::plot::{Axis, Dot, dots};
-use crate::report::section::{Cell, Figure, Kind, Section, Table};
+use crate::report::section::{Cell, Figure, Kind, Section, Table, ZHANG};
 
 pub(super) fn section(study: &SameDifferent) -> Section {
     let mut references = REFERENCES.to_vec();
     references.extend([
         "Fisher, R. A. (1935). The logic of inductive inference. Journal of the Royal Statistical Society \
          98, 39–82.",
-        "Zhang, X., Wang, Z., Sun, X. and Han, J. (2014). Perception-based model simplification for motion \
-         blur rendering. Graphical Models 76.",
+        ZHANG,
     ]);
     // Runs of answers are looked at in matching only.
     references.retain(|reference| !reference.starts_with("Wald"));
