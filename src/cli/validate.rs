@@ -39,7 +39,7 @@ const MAX_FAULTS: usize = 10;
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Sequence folders, folders of such, study folders; files: grids, scenes, protocols, cohorts, fitted
-    /// parameters and display profiles (.toml), light maps (.hdr, .exr), models (.ply, .obj, .gltf, .glb)
+    /// parameters and display profiles (.toml), light maps (.hdr, .exr), models (.ply, .obj, .gltf, .glb, .stl)
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     /// What renders anew
@@ -137,7 +137,7 @@ fn check_file(path: &Path) -> anyhow::Result<String> {
             let map = import::image::light_map(path)?;
             Ok(format!("light map, {}×{} texels", map.width, map.height))
         }
-        "ply" | "obj" | "gltf" | "glb" => {
+        "ply" | "obj" | "gltf" | "glb" | "stl" => {
             let mesh = import::model(path)?.mesh;
             let triangles = counted(mesh.triangles.len(), "triangle");
             Ok(format!("model, {triangles}, {} vertices", mesh.positions.len()))

@@ -111,9 +111,12 @@ fn hash(source: &Path, companions: &[PathBuf]) -> io::Result<String> {
     Ok(hex(&list.finalize()))
 }
 
-/// The files that the model at `source` names: libraries of materials, buffers and pictures. Those that
-/// are not there are left to the reader of the model to miss.
-fn companions(source: &Path) -> io::Result<Vec<PathBuf>> {
+/// The files that the model at `source` names, from its folder: libraries of materials, buffers and pictures.
+/// Those that are not there are left to the reader of the model to miss.
+///
+/// # Errors
+/// The model or a library of it cannot be read.
+pub fn companions(source: &Path) -> io::Result<Vec<PathBuf>> {
     let folder = source.with_file_name("");
     let ending = source.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     match ending.as_str() {

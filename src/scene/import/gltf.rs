@@ -65,6 +65,7 @@ fn place_nodes(file: &File, gathered: &mut Gathered) -> Result<(), ImportError> 
         let world_from_node = world_from_parent * node.transform();
         if let Some(index) = node.mesh {
             let mesh = file.item("mesh", "meshes", &document.meshes, index)?;
+            gathered.of_node.clear();
             for primitive in &mesh.primitives {
                 gathered.add(file, primitive, world_from_node)?;
             }
@@ -146,6 +147,17 @@ struct Gathered {
     face_materials: Vec<u32>,
     /// The first is for faces that name none.
     materials: Vec<Material>,
+    /// The first of these vertices of the node at hand, and how many there are. Primitives that share them are
+    /// one surface.
+    of_node: BTreeMap<Vertices, (usize, usize)>,
+}
+
+/// The accessors of vertices.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Vertices {
+    position: usize,
+    normal: Option<usize>,
+    coordinates: Option<usize>,
 }
 
 impl Gathered {
@@ -160,42 +172,6 @@ impl Gathered {
             let allowed = "a primitive needs positions";
             return Err(ImportError::value(file.name, "attributes", "no POSITION", allowed));
         };
-        let first = self.mesh.positions.len();
-        let positions = file.vectors::<3>("POSITION", position)?;
-        let count = positions.len();
-        let indices: Vec<u32> = match primitive.indices {
-            Some(accessor) => file.indices(accessor)?,
-            None => (0..count as u32).collect(),
-        };
-        let triangles = triangles_of(primitive.mode, &indices).ok_or_else(|| {
-            let allowed = "4, 5 and 6 are triangles, strips and fans";
-            ImportError::value(file.name, "mode of a primitive", primitive.mode, allowed)
-        })?;
-        let total = (first + count).max(self.mesh.triangles.len() + triangles.len());
-        if total > MAX_ELEMENTS {
-            let allowed = format!("at most {MAX_ELEMENTS}");
-            return Err(ImportError::value(file.name, "vertices and triangles", total, allowed));
-        }
-        self.mesh.positions.extend(positions.iter().map(|&position| {
-            world_from_node.transform_point3(Vec3::from(position).as_dvec3()).as_vec3()
-        }));
-
-        let same_count = |field: &str, found: usize| {
-            if found == count {
-                return Ok(());
-            }
-            Err(ImportError::value(file.name, field, found, format!("there are {count} positions")))
-        };
-        if let Some(accessor) = attribute("NORMAL") {
-            let normals = file.vectors::<3>("NORMAL", accessor)?;
-            same_count("NORMAL", normals.len())?;
-            // Normals stay at right angles to their surface under the inverse transpose.
-            let turn = DMat3::from_mat4(world_from_node).inverse().transpose();
-            self.normals.resize(first, Vec3::ZERO);
-            self.normals.extend(normals.into_iter().map(|normal| {
-                (turn * DVec3::from(normal.map(f64::from))).normalize_or_zero().as_vec3()
-            }));
-        }
         let material = match primitive.material {
             None => None,
             Some(index) => {
@@ -205,14 +181,27 @@ impl Gathered {
         let set = material
             .and_then(|(_, material)| material.pbr_metallic_roughness.base_color_texture.as_ref())
             .map_or(0, |texture| texture.tex_coord);
-        let name = format!("TEXCOORD_{set}");
-        if let Some(accessor) = attribute(&name) {
-            let coordinates = file.vectors::<2>(&name, accessor)?;
-            same_count(&name, coordinates.len())?;
-            self.coordinates.resize(first, Vec2::ZERO);
-            // glTF counts v from the upper edge.
-            self.coordinates.extend(coordinates.into_iter().map(|[u, v]| Vec2::new(u, 1.0 - v)));
-        }
+        let coordinates = attribute(&format!("TEXCOORD_{set}"));
+        let vertices = Vertices { position, normal: attribute("NORMAL"), coordinates };
+        let (first, count) = match self.of_node.get(&vertices) {
+            Some(&known) => known,
+            None => {
+                let first = self.mesh.positions.len();
+                self.add_vertices(file, vertices, world_from_node)?;
+                let count = self.mesh.positions.len() - first;
+                self.of_node.insert(vertices, (first, count));
+                (first, count)
+            }
+        };
+        let indices: Vec<u32> = match primitive.indices {
+            Some(accessor) => file.indices(accessor)?,
+            None => (0..count as u32).collect(),
+        };
+        let triangles = triangles_of(primitive.mode, &indices).ok_or_else(|| {
+            let allowed = "4, 5 and 6 are triangles, strips and fans";
+            ImportError::value(file.name, "mode of a primitive", primitive.mode, allowed)
+        })?;
+        within_limit(file, "triangles", self.mesh.triangles.len() + triangles.len())?;
 
         // A mirror turns the triangles inside out.
         let is_mirrored = world_from_node.determinant() < 0.0;
@@ -226,6 +215,46 @@ impl Gathered {
         }
         let material = material.map_or(0, |(index, _)| index as u32 + 1);
         self.face_materials.resize(self.mesh.triangles.len(), material);
+        Ok(())
+    }
+
+    fn add_vertices(
+        &mut self,
+        file: &File,
+        vertices: Vertices,
+        world_from_node: DMat4,
+    ) -> Result<(), ImportError> {
+        let first = self.mesh.positions.len();
+        let positions = file.vectors::<3>("POSITION", vertices.position)?;
+        let count = positions.len();
+        within_limit(file, "vertices", first + count)?;
+        self.mesh.positions.extend(positions.iter().map(|&position| {
+            world_from_node.transform_point3(Vec3::from(position).as_dvec3()).as_vec3()
+        }));
+
+        let same_count = |field: &str, found: usize| {
+            if found == count {
+                return Ok(());
+            }
+            Err(ImportError::value(file.name, field, found, format!("there are {count} positions")))
+        };
+        if let Some(accessor) = vertices.normal {
+            let normals = file.vectors::<3>("NORMAL", accessor)?;
+            same_count("NORMAL", normals.len())?;
+            // Normals stay at right angles to their surface under the inverse transpose.
+            let turn = DMat3::from_mat4(world_from_node).inverse().transpose();
+            self.normals.resize(first, Vec3::ZERO);
+            self.normals.extend(normals.into_iter().map(|normal| {
+                (turn * DVec3::from(normal.map(f64::from))).normalize_or_zero().as_vec3()
+            }));
+        }
+        if let Some(accessor) = vertices.coordinates {
+            let coordinates = file.vectors::<2>("TEXCOORD", accessor)?;
+            same_count("TEXCOORD", coordinates.len())?;
+            self.coordinates.resize(first, Vec2::ZERO);
+            // glTF counts v from the upper edge.
+            self.coordinates.extend(coordinates.into_iter().map(|[u, v]| Vec2::new(u, 1.0 - v)));
+        }
         Ok(())
     }
 
@@ -243,6 +272,13 @@ impl Gathered {
         let Self { mesh, face_materials, materials, .. } = self;
         Ok(Model { mesh, face_materials, materials })
     }
+}
+
+fn within_limit(file: &File, field: &str, total: usize) -> Result<(), ImportError> {
+    if total <= MAX_ELEMENTS {
+        return Ok(());
+    }
+    Err(ImportError::value(file.name, field, total, format!("at most {MAX_ELEMENTS}")))
 }
 
 /// The triangles that `indices` list, make a strip of, or make a fan of.

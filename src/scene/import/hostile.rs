@@ -33,6 +33,10 @@ fn as_gltf(file: &str, bytes: &[u8]) -> Result<(), ImportError> {
     Ok(())
 }
 
+fn as_stl(file: &str, bytes: &[u8]) -> Result<(), ImportError> {
+    stl::parse(file, bytes).map(drop)
+}
+
 fn as_picture(file: &str, bytes: &[u8]) -> Result<(), ImportError> {
     let any = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Hdr, ImageFormat::OpenExr];
     image::decode(file, bytes, &any).map(drop)
@@ -54,6 +58,8 @@ fn files() -> Vec<(&'static str, Parse, Vec<u8>, usize)> {
         ("a.mtl", as_mtl, mtl.into(), mtl.len()),
         ("a.gltf", as_gltf, gltf::tests::embedded().into(), 0),
         ("a.glb", as_gltf, gltf::tests::binary(), 0),
+        ("text.stl", as_stl, stl::tests::TEXT.into(), 10),
+        ("a.stl", as_stl, stl::tests::binary(), 0),
         ("a.hdr", as_picture, radiance_file("EXPOSURE=2", 2, &[[128; 4], [9; 4]]), 0),
         ("long.hdr", as_picture, file_of(light(), ImageFormat::Hdr), 0),
         ("a.exr", as_picture, file_of(light(), ImageFormat::OpenExr), 0),
@@ -123,10 +129,9 @@ fn only_regular_files_with_a_known_ending_are_read() {
     assert!(message(&path).contains("a.ply: cannot be read: "));
     std::fs::create_dir(&path).unwrap();
     assert!(message(&path).ends_with("a.ply: cannot be read: not a regular file"));
-    let path = folder.path().join("a.stl");
-    assert!(
-        message(&path).ends_with("a.stl: ending: stl: models are .ply, .obj, .gltf and .glb files")
-    );
+    let path = folder.path().join("a.off");
+    let expected = "a.off: ending: off: models are .ply, .obj, .gltf, .glb and .stl files";
+    assert!(message(&path).ends_with(expected));
     let path = folder.path().join("b.PLY");
     std::fs::write(&path, ply::tests::TEXT).unwrap();
     assert_eq!(model(&path).unwrap().mesh.triangles.len(), 2);

@@ -1,4 +1,4 @@
-//! What other programs wrote: triangle meshes (PLY, OBJ, glTF) and pictures (light maps, textures).
+//! What other programs wrote: triangle meshes (PLY, OBJ, glTF, STL) and pictures (light maps, textures).
 //!
 //! A file may be damaged or hostile: every reader works on the file's bytes, believes no number in it
 //! before the bytes are there, and answers with one error. The mesh readers are our own: of the crates
@@ -10,6 +10,7 @@ pub mod gltf;
 pub mod image;
 pub mod obj;
 pub mod ply;
+pub mod stl;
 
 use crate::mesh::{Mesh, MeshError};
 use glam::Vec3;
@@ -129,12 +130,32 @@ pub fn model(path: &Path) -> Result<Model, ImportError> {
         "ply" => ply::parse(&file, &read(path)?)?,
         "obj" => obj::parse(&file, &read(path)?, folder)?,
         "gltf" | "glb" => gltf::parse(&file, &read(path)?, folder)?,
+        "stl" => stl::parse(&file, &read(path)?)?,
         _ => {
-            let allowed = "models are .ply, .obj, .gltf and .glb files";
+            let allowed = "models are .ply, .obj, .gltf, .glb and .stl files";
             return Err(ImportError::value(&file, "ending", ending, allowed));
         }
     };
     Ok(model)
+}
+
+/// The vertices of the model in `path`, a second pose of `first`.
+///
+/// # Errors
+/// As [`model`], or it has other faces.
+pub fn second_pose(path: &Path, first: &Mesh) -> Result<Vec<Vec3>, ImportError> {
+    let Mesh { positions, triangles, .. } = model(path)?.mesh;
+    let counted = |triangles: usize, vertices| format!("{triangles}, of {vertices} vertices");
+    if triangles != first.triangles || positions.len() != first.positions.len() {
+        let needed = counted(first.triangles.len(), first.positions.len());
+        return Err(ImportError::value(
+            &path.display().to_string(),
+            "triangles",
+            counted(triangles.len(), positions.len()),
+            format!("those of the first pose, vertex for vertex, are needed: {needed}"),
+        ));
+    }
+    Ok(positions)
 }
 
 /// Refuses a file that a scene cannot use as what it is to be, with all that it names.
@@ -154,7 +175,7 @@ pub fn check(asset: &Asset) -> Result<(), ImportError> {
 }
 
 /// The bytes of a regular file of allowed size.
-fn read(path: &Path) -> Result<Vec<u8>, ImportError> {
+pub(super) fn read(path: &Path) -> Result<Vec<u8>, ImportError> {
     let unreadable = |source| ImportError::Unreadable { path: path.into(), source };
     // Neither a device, which may never end, nor a pipe, which may never begin.
     let metadata = std::fs::metadata(path).map_err(unreadable)?;

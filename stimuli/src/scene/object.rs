@@ -42,7 +42,7 @@ pub enum Shape {
         /// Length of a side.
         side_m: f64,
     },
-    /// A model in a file: .ply, .obj, .gltf or .glb.
+    /// A model in a file: .ply, .obj, .gltf, .glb or .stl.
     Mesh {
         /// Its path, from the folder of the scene's file; in a manifest its name.
         file: String,

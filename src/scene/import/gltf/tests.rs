@@ -113,6 +113,21 @@ fn a_buffer_and_a_picture_may_lie_beside_or_inside() {
 }
 
 #[test]
+fn primitives_that_share_vertices_are_one_surface() {
+    let primitive = r#"{ "attributes": { "POSITION": 0, "NORMAL": 1, "TEXCOORD_1": 2 }"#;
+    let second = format!(r#"{primitive}, "indices": 3, "material": 0 }}, {primitive} }}] }}]"#);
+    let text = embedded().replacen(r#""indices": 3, "material": 0 }] }]"#, "", 1);
+    let text = text.replacen(&format!("{primitive},"), &second, 1);
+    let model = parse_in("", text.as_bytes()).unwrap();
+    // With the picture's second set of texture coordinates or without, they differ.
+    assert_eq!(model.mesh.positions.len(), 12);
+    let same = text.replace(r#""texCoord": 1"#, r#""texCoord": 0"#);
+    let model = parse_in("", same.as_bytes()).unwrap();
+    assert_eq!(model.mesh.triangles, [[0, 1, 2], [0, 1, 2], [3, 5, 4], [3, 5, 4]]);
+    assert_eq!(model.face_materials, [1, 0, 1, 0]);
+}
+
+#[test]
 fn strips_and_fans_are_triangles() {
     assert_eq!(triangles_of(4, &[0, 1, 2, 3]).unwrap(), [[0, 1, 2]]);
     assert_eq!(triangles_of(5, &[0, 1, 2, 3, 4]).unwrap(), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
