@@ -15,6 +15,7 @@
 //! Nodes and leaves are vectors of four words, to be uploaded as they are.
 
 mod build;
+mod nearest_point;
 
 use super::ray::{Corners, Hit, Planes, Ray, RayFrame};
 use super::{Mesh, between};
@@ -162,4 +163,4 @@ impl Bvh {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

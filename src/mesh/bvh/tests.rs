@@ -5,13 +5,13 @@ use crate::sampling::random::{StreamKey, unit};
 use std::f32::consts::TAU;
 
 /// Numbers in [0, 1), as many as one asks for.
-struct Numbers {
+pub struct Numbers {
     key: StreamKey,
     drawn: u32,
 }
 
 impl Numbers {
-    fn new(seed: u64) -> Self {
+    pub fn new(seed: u64) -> Self {
         Self { key: StreamKey::new(seed, "mesh", 0, 0, 0), drawn: 0 }
     }
 
@@ -30,7 +30,7 @@ impl Numbers {
     }
 
     /// Triangles of any size, some without area, some twice, some flat along an axis.
-    fn soup(&mut self, count: usize, moves: bool) -> Mesh {
+    pub fn soup(&mut self, count: usize, moves: bool) -> Mesh {
         let mut positions: Vec<Vec3> = vec![];
         for _ in 0..count {
             let (centre, size) = (self.point(), 0.7 * self.next().powi(4));
@@ -111,6 +111,67 @@ fn the_search_finds_what_brute_force_finds() {
     assert!(hits > 5000, "{hits}");
 }
 
+/// The squared distance of a point from a triangle, by the part of space that the point lies in [Ericson2005, §5.1.5].
+fn squared_distance(corners: [Vec3; 3], point: Vec3) -> f64 {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    let p = point.as_dvec3();
+    let (ab, ac, bc) = (b - a, c - a, c - b);
+    let [d1, d2] = [ab, ac].map(|edge| edge.dot(p - a));
+    let [d3, d4] = [ab, ac].map(|edge| edge.dot(p - b));
+    let [d5, d6] = [ab, ac].map(|edge| edge.dot(p - c));
+    let (u, v, w) = (d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2);
+    let nearest = if d1 <= 0.0 && d2 <= 0.0 {
+        a
+    } else if d3 >= 0.0 && d4 <= d3 {
+        b
+    } else if w <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        a + ab * (d1 / (d1 - d3))
+    } else if d6 >= 0.0 && d5 <= d6 {
+        c
+    } else if v <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        a + ac * (d2 / (d2 - d6))
+    } else if u <= 0.0 && d4 >= d3 && d5 >= d6 {
+        b + bc * ((d4 - d3) / (d4 - d3 + d5 - d6))
+    } else {
+        a + (ab * v + ac * w) / (u + v + w)
+    };
+    p.distance_squared(nearest)
+}
+
+#[test]
+fn the_nearest_triangle_is_as_far_as_brute_force_finds() {
+    let mut numbers = Numbers::new(8);
+    for round in 0..60 {
+        let mut mesh = {
+            let count = 1 + numbers.index(300);
+            numbers.soup(count, false)
+        };
+        if round % 3 == 0 {
+            // As thin as paper, to a hundred thousandth of their length.
+            mesh.positions.iter_mut().for_each(|p| p.x *= 1e-5);
+        }
+        let bvh = Bvh::new(&mesh);
+        let mut leaf = 0;
+        for k in 0..100 {
+            let point = match k % 3 {
+                0 => mesh.positions[numbers.index(mesh.positions.len())] + 1e-3 * numbers.point(),
+                1 => mesh.positions[numbers.index(mesh.positions.len())],
+                _ => 2.0 * numbers.point(),
+            };
+            let corners = mesh.triangles.iter().map(|&triangle| mesh.corners(triangle, 0.0));
+            let truth = corners.map(|c| squared_distance(c, point)).fold(f64::INFINITY, f64::min);
+            let found = bvh.squared_distance(point, &mut leaf);
+            // Boxes are told apart in single precision.
+            assert!(
+                (found.sqrt() - truth.sqrt()).abs() < 1e-6 * truth.sqrt() + 1e-14,
+                "{found} {truth}"
+            );
+            // Wherever one looks first.
+            assert_eq!(bvh.squared_distance(point, &mut 0), found);
+        }
+    }
+}
+
 /// The children of a node, each with the lower and the upper corner of its box at `time`.
 fn children(bvh: &Bvh, node: u32, time: f32) -> Vec<(u32, Vec3, Vec3)> {
     let at = node as usize;
@@ -161,7 +222,7 @@ fn boxes_hold_their_triangles_at_all_times() {
 }
 
 /// A sphere of squares around the axis, its poles closed by triangles.
-fn sphere(around: u32, down: u32, place: impl Fn(Vec3) -> Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+pub fn sphere(around: u32, down: u32, place: impl Fn(Vec3) -> Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let mut positions = vec![place(Vec3::Y), place(Vec3::NEG_Y)];
     let mut triangles = vec![];
     let ring = |row: u32, column: u32| 2 + row * around + column % around;
