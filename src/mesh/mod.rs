@@ -2,8 +2,12 @@
 //! line, and the hierarchy that rays search them with.
 
 pub mod bvh;
+pub mod distance;
 pub mod ray;
+pub mod simplify;
+pub mod topology;
 pub mod upload;
+pub mod weld;
 
 use glam::{Vec2, Vec3};
 
@@ -86,6 +90,32 @@ impl Mesh {
                 between(start[corner], end[triangle[corner] as usize], time)
             }),
         }
+    }
+
+    /// The corners of the bounding box, as the shutter opens.
+    pub fn bounds(&self) -> [Vec3; 2] {
+        [Vec3::min, Vec3::max]
+            .map(|of| self.positions.iter().copied().reduce(of).unwrap_or_default())
+    }
+
+    /// The unit normal of each vertex as the shutter opens: the mean of the normals around it, weighted by the
+    /// areas of their faces. Zero where no face with an area is.
+    pub fn area_weighted_normals(&self) -> Vec<Vec3> {
+        let mut normals = vec![Vec3::ZERO; self.positions.len()];
+        for &triangle in &self.triangles {
+            let [a, b, c] = self.corners(triangle, 0.0);
+            let twice_area = (b - a).cross(c - a);
+            triangle.iter().for_each(|&vertex| normals[vertex as usize] += twice_area);
+        }
+        normals.iter().map(|normal| normal.normalize_or_zero()).collect()
+    }
+
+    /// The middle of the bounding box and the distance of the farthest vertex from it, as the shutter opens.
+    pub fn bounding_sphere(&self) -> (Vec3, f32) {
+        let [min, max] = self.bounds();
+        let middle = 0.5 * (min + max);
+        let squares = self.positions.iter().map(|p| p.distance_squared(middle));
+        (middle, squares.fold(0.0, f32::max).sqrt())
     }
 
     /// Checks what all users of a mesh rely on; `file` is where it came from.
@@ -227,6 +257,20 @@ mod tests {
         ] {
             assert_eq!(found, format!("a.ply: {expected}"));
         }
+    }
+
+    /// Of two faces at a right angle, one with twice the other's area.
+    #[test]
+    fn larger_faces_turn_normals_more() {
+        let mesh = Mesh {
+            positions: vec![Vec3::ZERO, 2.0 * Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE],
+            triangles: vec![[0, 1, 2], [0, 2, 3], [0, 0, 4]],
+            ..Mesh::default()
+        };
+        let between = Vec3::new(1.0, 0.0, 2.0).normalize();
+        let known = [between, Vec3::Z, between, Vec3::X, Vec3::ZERO];
+        let normals = mesh.area_weighted_normals();
+        assert!(normals.iter().zip(known).all(|(n, k)| n.abs_diff_eq(k, 1e-6)), "{normals:?}");
     }
 
     #[test]

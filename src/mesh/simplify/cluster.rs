@@ -1,0 +1,623 @@
+//! Edge contraction within a cluster of points, cheapest first.
+//!
+//! A cluster is contracted by itself: points with a triangle that reaches out of it stay as they are. What
+//! was done is a list of contractions, of which any first part can be carried out.
+
+use super::Settings;
+use super::attributes::{self, AttributeQuadric, AttributeSum, Values};
+use super::direction::Seen;
+use super::quadric::{Quadric, Sum};
+use super::surface::Kind;
+use glam::{DVec3, Vec3};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// No point, triangle or corner.
+const NONE: u32 = u32::MAX;
+
+/// A face may turn by up to 75° in a contraction, or it counts as flipped.
+const LEAST_COSINE: f32 = 0.25;
+
+/// Edges of points with more triangles than this together stay, or a fan of a million would take for ever.
+const MOST_TRIANGLES: usize = 4096;
+
+/// Point `removed` goes into point `kept`, both counted in the cluster.
+#[derive(Clone, Debug)]
+pub struct Contraction<const F: usize> {
+    /// Order among those of all clusters: the cost, or that of one before it, if larger.
+    pub key: u32,
+    pub removed: u32,
+    pub kept: u32,
+    /// Where `kept` is afterwards.
+    pub position: [Vec3; F],
+    /// How many triangles vanish: so many follow in [`Log::faces`].
+    pub faces: u32,
+    /// How many corners go to other wedges: so many follow in [`Log::corners`].
+    pub corners: u32,
+    /// Mean squared distance to the planes that are replaced.
+    pub squared_error: f32,
+    /// How many wedges go into others with it: so many follow in [`Log::wedges`].
+    pub wedges: u32,
+}
+
+/// A wedge goes into another, both counted in the cluster, which has these values afterwards.
+pub type WedgeContraction = (u32, u32, Values);
+
+/// What was done in a cluster.
+#[derive(Clone, Debug, Default)]
+pub struct Log<const F: usize> {
+    pub contractions: Vec<Contraction<F>>,
+    pub wedges: Vec<WedgeContraction>,
+    /// Triangles of the cluster.
+    pub faces: Vec<u32>,
+    /// Three times the triangle of the cluster, and which of its corners.
+    pub corners: Vec<u32>,
+}
+
+/// What a cluster is made of.
+pub struct Part<'a, const F: usize> {
+    pub positions: &'a [[Vec3; F]],
+    pub quadrics: &'a [[Quadric; F]],
+    pub kinds: &'a [Kind],
+    /// Which points have a triangle that reaches out of the cluster.
+    pub is_locked: &'a [bool],
+    /// The triangles that lie in it, and the number of its first point in them.
+    pub triangles: &'a [[u32; 3]],
+    pub first: u32,
+    pub wedges: Option<PartOfWedges<'a>>,
+}
+
+/// The wedges of a cluster.
+pub struct PartOfWedges<'a> {
+    pub values: &'a [Values],
+    /// None if values are averaged.
+    pub quadrics: &'a [AttributeQuadric],
+    /// For each point and for the one after the last its first wedge, counted as those of the triangles.
+    pub starts: &'a [u32],
+    /// The wedges of the triangles.
+    pub corners: Vec<[u32; 3]>,
+    pub groups: Vec<u32>,
+}
+
+struct ClusterWedges<'a> {
+    values: Vec<Values>,
+    quadrics: Vec<AttributeQuadric>,
+    starts: &'a [u32],
+    corners: Vec<[u32; 3]>,
+    groups: Vec<u32>,
+}
+
+/// Points of one cluster and the triangles that lie in it wholly.
+pub struct Cluster<'a, const F: usize> {
+    settings: &'a Settings<'a>,
+    unit: f32,
+    positions: Vec<[Vec3; F]>,
+    quadrics: Vec<[Quadric; F]>,
+    kinds: Vec<Kind>,
+    seen: Vec<Seen>,
+    /// The point that a point has gone into, or itself.
+    parents: Vec<u32>,
+    /// The first corner at each point, and the next after each corner.
+    heads: Vec<u32>,
+    next: Vec<u32>,
+    /// The points of each triangle; [`NONE`] of those that have vanished.
+    triangles: Vec<[u32; 3]>,
+    wedges: Option<ClusterWedges<'a>>,
+    heap: BinaryHeap<Reverse<Candidate>>,
+    /// Costs above this are of no interest.
+    horizon: u32,
+    /// By point: the last mark that was set.
+    marks: Vec<u32>,
+    mark: u32,
+}
+
+/// An edge that may be contracted.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Candidate {
+    /// The bits of the cost, which is not negative: in the order of the costs.
+    key: u32,
+    a: u32,
+    b: u32,
+}
+
+/// What a contraction would do.
+struct Plan<const F: usize> {
+    removed: u32,
+    kept: u32,
+    position: [Vec3; F],
+    key: u32,
+    squared_error: f32,
+    /// Up to two wedges that go into others.
+    wedges: [Option<WedgeContraction>; 2],
+}
+
+impl<'a, const F: usize> Cluster<'a, F> {
+    /// A cluster in units of `unit`; no contraction that costs more than `horizon` says is considered.
+    pub fn new(settings: &'a Settings<'a>, unit: f32, horizon: u32, part: Part<'a, F>) -> Self {
+        let count = part.positions.len();
+        let triangles: Vec<_> =
+            part.triangles.iter().map(|t| t.map(|point| point - part.first)).collect();
+        let mut heads = vec![NONE; count];
+        let mut next = vec![NONE; 3 * triangles.len()];
+        for (corner, &point) in triangles.as_flattened().iter().enumerate() {
+            next[corner] = std::mem::replace(&mut heads[point as usize], corner as u32);
+        }
+        let kinds = part.kinds.iter().zip(part.is_locked);
+        let mut cluster = Self {
+            settings,
+            unit,
+            positions: part.positions.to_vec(),
+            quadrics: part.quadrics.to_vec(),
+            kinds: kinds.map(|(&kind, &is)| if is { Kind::Locked } else { kind }).collect(),
+            seen: vec![],
+            parents: (0..count as u32).collect(),
+            heads,
+            next,
+            triangles,
+            wedges: part.wedges.map(|part| {
+                let first = part.starts[0];
+                ClusterWedges {
+                    values: part.values.to_vec(),
+                    quadrics: part.quadrics.to_vec(),
+                    starts: part.starts,
+                    corners: part
+                        .corners
+                        .into_iter()
+                        .map(|corners| corners.map(|wedge| wedge - first))
+                        .collect(),
+                    groups: part.groups,
+                }
+            }),
+            heap: BinaryHeap::new(),
+            horizon,
+            marks: vec![0; count],
+            mark: 0,
+        };
+        if settings.motion.is_some() {
+            cluster.seen = part.positions.iter().map(|p| settings.look(p, unit)).collect();
+        }
+        cluster.fill_heap();
+        cluster
+    }
+
+    fn fill_heap(&mut self) {
+        let mut candidates = vec![];
+        for a in 0..self.positions.len() as u32 {
+            self.each_neighbour(a, |cluster, b| {
+                if b > a
+                    && let Some(Plan { key, .. }) = cluster.plan(a, b)
+                    && key <= cluster.horizon
+                {
+                    candidates.push(Reverse(Candidate { key, a, b }));
+                }
+            });
+        }
+        self.heap = candidates.into();
+    }
+
+    /// Contracts edges, cheapest first, until no allowed one is left below the horizon or `faces` triangles
+    /// are gone.
+    pub fn run(mut self, faces: usize) -> Log<F> {
+        let (mut log, mut gone, mut key) = (Log::default(), 0, 0);
+        while gone < faces
+            && let Some(Reverse(candidate)) = self.heap.pop()
+        {
+            let (a, b) = (self.whereabouts(candidate.a), self.whereabouts(candidate.b));
+            if a == b {
+                continue;
+            }
+            let Some(plan) = self.plan(a, b) else { continue };
+            // Costs only grow as quadrics are added: what is in the heap is a lower bound.
+            if plan.key > candidate.key {
+                if plan.key <= self.horizon {
+                    self.heap.push(Reverse(Candidate { key: plan.key, a, b }));
+                }
+                continue;
+            }
+            if !self.is_allowed(&plan) {
+                continue;
+            }
+            key = plan.key.max(key);
+            let before = (log.faces.len(), log.corners.len());
+            self.contract(&plan, &mut log);
+            let vanished = log.faces.len() - before.0;
+            gone += vanished;
+            log.wedges.extend(plan.wedges.iter().flatten());
+            log.contractions.push(Contraction {
+                key,
+                removed: plan.removed,
+                kept: plan.kept,
+                position: plan.position,
+                faces: vanished as u32,
+                corners: (log.corners.len() - before.1) as u32,
+                squared_error: plan.squared_error,
+                wedges: plan.wedges.iter().flatten().count() as u32,
+            });
+        }
+        log
+    }
+
+    /// The point that `point` has gone into.
+    fn whereabouts(&mut self, mut point: u32) -> u32 {
+        while self.parents[point as usize] != point {
+            let parent = self.parents[point as usize];
+            self.parents[point as usize] = self.parents[parent as usize];
+            point = parent;
+        }
+        point
+    }
+
+    /// What the contraction of the edge between `a` and `b` would be, by what both may do.
+    fn plan(&self, a: u32, b: u32) -> Option<Plan<F>> {
+        use Kind::{Boundary, Fixed, Interior, Locked, Seam};
+        let (removed, kept, is_free) = match (self.kinds[a as usize], self.kinds[b as usize]) {
+            (Interior, Interior) | (Boundary, Boundary) | (Seam, Seam) => (a, b, true),
+            (Locked, _) | (_, Locked) => return None,
+            (Fixed, Fixed) | (Boundary, Seam) | (Seam, Boundary) => return None,
+            (Interior, _) | (_, Fixed) => (a, b, false),
+            (_, Interior) | (Fixed, _) => (b, a, false),
+        };
+        let (r, k) = (removed as usize, kept as usize);
+        let mut position = self.positions[k];
+        let mut wedges = self.wedges.as_ref().map(|wedges| self.wedge_pairs(wedges, removed, kept));
+        let (mut cost, mut distance, mut weight) = (0.0, 0.0, 0.0);
+        for (frame, place) in position.iter_mut().enumerate() {
+            let origin = *place;
+            let edge = (self.positions[r][frame] - origin).as_dvec3();
+            let mut surface = Sum::default();
+            surface.add(&self.quadrics[k][frame], DVec3::ZERO);
+            surface.add(&self.quadrics[r][frame], edge);
+            let attributes = wedges.as_mut().filter(|_| frame == 0);
+            let attributes = attributes.map(|pairs| self.attribute_sums(pairs, edge, is_free));
+            let mut all = surface;
+            for sum in attributes.iter().flatten().flatten() {
+                all.add_sum(&if is_free { sum.best() } else { sum.here() });
+            }
+            let at = match self.kinds[k] {
+                _ if !is_free => DVec3::ZERO,
+                Interior => best(&all, edge),
+                // What is straight stays straight to the last bit.
+                _ => least(&all, [DVec3::ZERO, edge, best(&all, edge)]),
+            };
+            *place = origin + at.as_vec3();
+            let squared = surface.error(at);
+            cost += if attributes.is_some() { all.error(at) } else { squared };
+            distance += squared;
+            weight += surface.weight();
+            if is_free && let (Some(sums), Some(pairs)) = (attributes, &mut wedges) {
+                for (pair, sum) in pairs.iter_mut().zip(sums) {
+                    if let (Some((_, _, values)), Some(sum)) = (pair, sum) {
+                        *values = attributes::sum(values, sum.values(at));
+                    }
+                }
+            }
+        }
+        let squared_error = if weight > 0.0 { (distance / weight) as f32 } else { 0.0 };
+        if squared_error > self.settings.squared_error {
+            return None;
+        }
+        let factor = match &self.seen[..] {
+            [] => 1.0,
+            seen => self.settings.weight.of_edge(&seen[a as usize], &seen[b as usize]),
+        };
+        let key = (cost as f32 * factor).to_bits();
+        let wedges = wedges.unwrap_or_default();
+        Some(Plan { removed, kept, position, key, squared_error, wedges })
+    }
+
+    /// The wedges of `removed` at its edge to `kept`, those of `kept` that they go into, and the values of
+    /// these.
+    fn wedge_pairs(
+        &self,
+        wedges: &ClusterWedges,
+        removed: u32,
+        kept: u32,
+    ) -> [Option<WedgeContraction>; 2] {
+        let mut pairs = [None; 2];
+        for corner in self.corners(removed) {
+            let triangle = corner as usize / 3;
+            if let Some(other) = self.triangles[triangle].iter().position(|&point| point == kept) {
+                let from = wedges.corners[triangle][corner as usize % 3];
+                let to = wedges.corners[triangle][other];
+                let pair = Some((from, to, wedges.values[to as usize]));
+                match pairs {
+                    [None, _] => pairs[0] = pair,
+                    [first, None] if first != pair => pairs[1] = pair,
+                    _ => {}
+                }
+            }
+        }
+        pairs
+    }
+
+    /// What the values cost at pairs of wedges, relative to the kept point and its values; of means nothing,
+    /// which are told here.
+    fn attribute_sums(
+        &self,
+        pairs: &mut [Option<WedgeContraction>; 2],
+        edge: DVec3,
+        is_free: bool,
+    ) -> [Option<AttributeSum>; 2] {
+        let mut sums = [None; 2];
+        let Some(wedges) = &self.wedges else { return sums };
+        for (pair, sum) in pairs.iter_mut().zip(&mut sums) {
+            let Some((removed, kept, values)) = pair else { continue };
+            let (r, k) = (*removed as usize, *kept as usize);
+            let difference = attributes::difference(&wedges.values[r], &wedges.values[k]);
+            if wedges.quadrics.is_empty() {
+                if is_free {
+                    *values = attributes::sum(values, difference.map(|value| 0.5 * value));
+                }
+            } else {
+                let sum = sum.insert(AttributeSum::default());
+                sum.add(&wedges.quadrics[k], DVec3::ZERO, [0.0; _]);
+                sum.add(&wedges.quadrics[r], edge, difference);
+            }
+        }
+        sums
+    }
+
+    /// Whether the surface stays what it is: the link condition (Dey et al. 1999), no flipped face, boundaries
+    /// along themselves, and nothing larger on the screen than the limit allows.
+    fn is_allowed(&mut self, plan: &Plan<F>) -> bool {
+        let (removed, kept) = (plan.removed, plan.kept);
+        let (ring_of_kept, ring_of_both) = (self.mark + 1, self.mark + 2);
+        self.mark += 2;
+        // The neighbours of the kept point.
+        let (mut triangles, mut shared) = (0, 0);
+        let mut corner = self.heads[kept as usize];
+        while corner != NONE {
+            triangles += 1;
+            let others = self.others(corner);
+            for other in others {
+                self.marks[other as usize] = ring_of_kept;
+            }
+            shared += usize::from(others.contains(&removed));
+            if triangles > MOST_TRIANGLES {
+                return false;
+            }
+            corner = self.next[corner as usize];
+        }
+        if shared != if self.kinds[removed as usize] == Kind::Boundary { 1 } else { 2 } {
+            return false;
+        }
+        // Neighbours of both have to be those of the triangles at the edge.
+        let mut common = 0;
+        let mut corner = self.heads[removed as usize];
+        while corner != NONE {
+            triangles += 1;
+            let others = self.others(corner);
+            let mut in_both = 0;
+            for other in others {
+                let mark = &mut self.marks[other as usize];
+                if *mark == ring_of_kept {
+                    *mark = ring_of_both;
+                    common += 1;
+                }
+                in_both += usize::from(*mark == ring_of_both);
+            }
+            // The kept point may have a triangle with the same two.
+            if triangles > MOST_TRIANGLES
+                || (in_both == 2 && !others.contains(&kept) && self.has_triangle(kept, others))
+            {
+                return false;
+            }
+            corner = self.next[corner as usize];
+        }
+        common == shared
+            && self.keeps_wedges(plan)
+            && self.keeps_faces(removed, kept, plan)
+            && self.keeps_faces(kept, removed, plan)
+    }
+
+    /// Whether each wedge has one to go into, and seams are contracted along themselves.
+    fn keeps_wedges(&self, plan: &Plan<F>) -> bool {
+        let Some(wedges) = &self.wedges else { return true };
+        let (removed, kept) = (plan.removed as usize, plan.kept as usize);
+        let pairs: Vec<_> = plan.wedges.iter().flatten().collect();
+        if self.kinds[removed] == Kind::Seam {
+            let mut at_edge = self.corners(plan.removed).map(|corner| corner as usize / 3);
+            let mut next = || at_edge.find(|&t| self.triangles[t].contains(&plan.kept));
+            let (Some(a), Some(b)) = (next(), next()) else { return false };
+            if pairs.len() == 1 && wedges.groups[a] == wedges.groups[b] {
+                return false;
+            }
+        }
+        // Of a point that moves all wedges have to be told.
+        let moves = plan.position != self.positions[kept];
+        let count = (wedges.starts[kept + 1] - wedges.starts[kept]) as usize;
+        let is_clear = match pairs[..] {
+            [a, b] => a.0 != b.0 && !(moves && a.1 == b.1),
+            _ => true,
+        };
+        if !is_clear || (moves && pairs.len() != count) {
+            return false;
+        }
+        self.corners(plan.removed).all(|corner| {
+            let wedge = wedges.corners[corner as usize / 3][corner as usize % 3];
+            pairs.iter().any(|pair| pair.0 == wedge)
+        })
+    }
+
+    fn has_triangle(&self, point: u32, others: [u32; 2]) -> bool {
+        self.corners(point).any(|corner| {
+            let these = self.others(corner);
+            others.iter().all(|other| these.contains(other))
+        })
+    }
+
+    /// Whether the triangles at `point`, but for those at `other` too, may have their corner where the plan
+    /// puts it.
+    fn keeps_faces(&self, point: u32, other: u32, plan: &Plan<F>) -> bool {
+        let limit =
+            self.settings.limit.map(|limit| (limit, self.settings.look(&plan.position, self.unit)));
+        self.corners(point).all(|corner| {
+            let [b, c] = self.others(corner);
+            if b == other || c == other {
+                return true;
+            }
+            let keeps_facing = (0..F).all(|frame| {
+                let at = |point: u32| self.positions[point as usize][frame];
+                let side = at(c) - at(b);
+                let before = (at(b) - at(point)).cross(side);
+                let after = (at(b) - plan.position[frame]).cross(side);
+                let lengths = before.length() * after.length();
+                before.dot(after) >= LEAST_COSINE * lengths
+                    && (lengths > 0.0 || before == Vec3::ZERO)
+            });
+            keeps_facing
+                && limit.as_ref().is_none_or(|(limit, seen)| {
+                    let at = |point: u32| self.seen[point as usize];
+                    let after = [*seen, at(b), at(c)];
+                    let speed = after.iter().map(|s| s.speed_px).fold(f32::INFINITY, f32::min);
+                    let perimeter = super::detail::perimeter_px(&after);
+                    perimeter <= limit.at(speed)
+                        || perimeter <= super::detail::perimeter_px(&[at(point), at(b), at(c)])
+                })
+        })
+    }
+
+    /// Carries the plan out.
+    fn contract(&mut self, plan: &Plan<F>, log: &mut Log<F>) {
+        let (r, k) = (plan.removed as usize, plan.kept as usize);
+        let ends = [self.positions[k], self.positions[r]];
+        if let Some(wedges) = &mut self.wedges {
+            for &pair in plan.wedges.iter().flatten() {
+                let places = ends.map(|end| end[0]);
+                merge_wedges(
+                    &mut wedges.quadrics,
+                    &mut wedges.values,
+                    pair,
+                    places,
+                    plan.position[0],
+                );
+            }
+        }
+        for (frame, to) in plan.position.iter().enumerate() {
+            self.quadrics[k][frame] = merged(
+                (&self.quadrics[k][frame], ends[0][frame]),
+                (&self.quadrics[r][frame], ends[1][frame]),
+                to.as_dvec3(),
+            );
+        }
+        self.positions[k] = plan.position;
+        if !self.seen.is_empty() {
+            self.seen[k] = self.settings.look(&plan.position, self.unit);
+        }
+        self.parents[r] = plan.kept;
+
+        let mut corner = std::mem::replace(&mut self.heads[r], NONE);
+        while corner != NONE {
+            let following = self.next[corner as usize];
+            let triangle = corner as usize / 3;
+            if self.triangles[triangle].contains(&plan.kept) {
+                let points = std::mem::replace(&mut self.triangles[triangle], [NONE; 3]);
+                log.faces.push(triangle as u32);
+                for point in points.into_iter().filter(|&point| point != plan.removed) {
+                    self.unlink(point, triangle as u32);
+                }
+            } else {
+                log.corners.push(corner);
+                self.triangles[triangle][corner as usize % 3] = plan.kept;
+                if let Some(wedges) = &mut self.wedges {
+                    let wedge = &mut wedges.corners[triangle][corner as usize % 3];
+                    let pair = plan.wedges.iter().flatten().find(|pair| pair.0 == *wedge);
+                    *wedge = pair.map_or(*wedge, |pair| pair.1);
+                }
+                self.next[corner as usize] = std::mem::replace(&mut self.heads[k], corner);
+            }
+            corner = following;
+        }
+    }
+
+    /// Takes the corner of `triangle` out of the list of `point`.
+    fn unlink(&mut self, point: u32, triangle: u32) {
+        let mut corner = self.heads[point as usize];
+        if corner / 3 == triangle {
+            self.heads[point as usize] = self.next[corner as usize];
+            return;
+        }
+        while corner != NONE {
+            let following = self.next[corner as usize];
+            if following != NONE && following / 3 == triangle {
+                self.next[corner as usize] = self.next[following as usize];
+                return;
+            }
+            corner = following;
+        }
+    }
+
+    /// Calls `visit` once with each neighbour of `point`.
+    fn each_neighbour(&mut self, point: u32, mut visit: impl FnMut(&mut Self, u32)) {
+        self.mark += 1;
+        let mark = self.mark;
+        let mut corner = self.heads[point as usize];
+        while corner != NONE {
+            for other in self.others(corner) {
+                if std::mem::replace(&mut self.marks[other as usize], mark) != mark {
+                    visit(self, other);
+                }
+            }
+            corner = self.next[corner as usize];
+        }
+    }
+
+    fn corners(&self, point: u32) -> impl Iterator<Item = u32> + use<'_, 'a, F> {
+        let first = self.heads[point as usize];
+        std::iter::successors((first != NONE).then_some(first), |&corner| {
+            let next = self.next[corner as usize];
+            (next != NONE).then_some(next)
+        })
+    }
+
+    /// The other two points of a corner's triangle, in turn.
+    fn others(&self, corner: u32) -> [u32; 2] {
+        let triangle = self.triangles[corner as usize / 3];
+        [triangle[(corner as usize + 1) % 3], triangle[(corner as usize + 2) % 3]]
+    }
+}
+
+/// The sum of the quadrics of two points, for a point at `to`.
+pub fn merged(a: (&Quadric, Vec3), b: (&Quadric, Vec3), to: DVec3) -> Quadric {
+    let mut sum = Sum::default();
+    for (quadric, at) in [a, b] {
+        sum.add(quadric, at.as_dvec3() - to);
+    }
+    sum.quadric(DVec3::ZERO)
+}
+
+/// Merges a wedge at `places[1]` into one at `places[0]`, which is at `to` afterwards.
+pub fn merge_wedges(
+    quadrics: &mut [AttributeQuadric],
+    values: &mut [Values],
+    (removed, kept, new): WedgeContraction,
+    places: [Vec3; 2],
+    to: Vec3,
+) {
+    let (r, k) = (removed as usize, kept as usize);
+    if !quadrics.is_empty() {
+        let mut sum = AttributeSum::default();
+        for (wedge, place) in [k, r].into_iter().zip(places) {
+            let at = place.as_dvec3() - to.as_dvec3();
+            sum.add(&quadrics[wedge], at, attributes::difference(&values[wedge], &new));
+        }
+        quadrics[k] = sum.quadric();
+    }
+    values[k] = new;
+}
+
+/// Where the sum is least near the edge from the origin to `edge`.
+#[inline]
+pub fn best(sum: &Sum, edge: DVec3) -> DVec3 {
+    let middle = 0.5 * edge;
+    let at =
+        sum.minimum(middle).filter(|at| at.distance_squared(middle) <= 4.0 * edge.length_squared());
+    at.unwrap_or_else(|| least(sum, [DVec3::ZERO, edge, middle]))
+}
+
+/// The first of the places where the sum is least.
+fn least(sum: &Sum, places: [DVec3; 3]) -> DVec3 {
+    let [a, b, c] = places;
+    let better = |a, b| if sum.error(b) < sum.error(a) { b } else { a };
+    better(better(a, b), c)
+}
