@@ -156,6 +156,11 @@ impl FrequencyUnit {
     }
 }
 
+impl Weight {
+    /// The weight of Zhang et al. (2014, §4.1): r = 4, ε = 0.5.
+    pub const PUBLISHED: Self = Self { r: 4.0, share_won: None, epsilon: Some(0.5) };
+}
+
 impl LevelOfDetailLaw {
     /// The law as Zhang et al. (2014, §5.2) print it: σ₁ = 7.3, σ₂ = 0.36, with v in pixels per shutter
     /// and ρ the reciprocal of the projected perimeter in pixels. Their Table 1 does not follow from it in
@@ -270,7 +275,7 @@ mod tests {
                 points: Some(8),
                 simulated: Some(true),
             },
-            weight: Some(Weight { r: 4.0, share_won: None, epsilon: Some(0.5) }),
+            weight: Some(Weight::PUBLISHED),
             law: Some(LevelOfDetailLaw::PUBLISHED),
         }
     }

@@ -2,10 +2,12 @@
 
 pub mod camera;
 pub mod environment;
+pub mod export;
 pub mod import;
 pub mod light;
 pub mod object;
 pub mod picture;
+pub mod screen_motion;
 pub mod shutter;
 pub mod texel;
 pub mod world;

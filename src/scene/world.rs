@@ -151,20 +151,7 @@ impl SceneMesh {
         let Model { mut mesh, mut face_materials, materials } = import::model(&path)?;
         if let Some(Motion { deformation: Some(second), .. }) = &object.motion {
             let path = assets::path(assets, Path::new(&second.file), &second.sha256);
-            let end = import::model(&path)?.mesh;
-            if end.triangles != mesh.triangles {
-                return Err(ImportError::Value {
-                    file: path.display().to_string(),
-                    field: "triangles".into(),
-                    value: format!("{}, of {} vertices", end.triangles.len(), end.positions.len()),
-                    allowed: format!(
-                        "those of {file}, vertex for vertex, are needed: {}, of {} vertices",
-                        mesh.triangles.len(),
-                        mesh.positions.len()
-                    ),
-                });
-            }
-            mesh.end_positions = Some(end.positions);
+            mesh.end_positions = Some(import::second_pose(&path, &mesh)?);
             // The normals of one pose are not those of the other: its faces are seen flat.
             mesh.normals = None;
         }
@@ -225,15 +212,16 @@ impl Known {
 /// Moves the middle of the first pose's bounding box to the origin, and scales the mesh until the
 /// farthest vertex is at `radius`.
 fn fit(mesh: &mut Mesh, radius: f32) {
-    let [min, max] = [Vec3::min, Vec3::max]
-        .map(|of| mesh.positions.iter().copied().reduce(of).unwrap_or_default());
-    let middle = 0.5 * (min + max);
-    let farthest =
-        mesh.positions.iter().map(|p| p.distance_squared(middle)).fold(0.0, f32::max).sqrt();
-    let scale = if farthest > 0.0 { radius / farthest } else { 1.0 };
+    let (middle, scale) = fitting(mesh, radius);
     for position in mesh.positions.iter_mut().chain(mesh.end_positions.iter_mut().flatten()) {
         *position = (*position - middle) * scale;
     }
+}
+
+/// What `fit` takes from each position, and by what it multiplies the rest.
+pub fn fitting(mesh: &Mesh, radius: f32) -> (Vec3, f32) {
+    let (middle, farthest) = mesh.bounding_sphere();
+    (middle, if farthest > 0.0 { radius / farthest } else { 1.0 })
 }
 
 impl Instant<'_> {
