@@ -7,9 +7,11 @@
 //! This crate knows no renderer: the renderer core implements [`Render`].
 
 pub mod assets;
+pub mod contrast_sensitivity;
 pub mod frames;
 pub mod generate;
 pub mod grid;
+pub mod letters;
 pub mod manifest;
 pub mod overview;
 pub mod scene;

@@ -4,9 +4,9 @@
 //! `samples` and a column per level of `shutter`, as Figure 5.1 of Navarro (2012).
 
 use crate::frames::EncodedImage;
+use crate::letters::{self, LETTER_PX};
 use crate::manifest::{Sequence, SequenceError};
 use crate::stimulus::Stimulus;
-use font8x8::{BASIC_FONTS, UnicodeFonts};
 use indexmap::{IndexMap, IndexSet};
 use shutterlab_data_schema::files::write_atomically;
 use std::borrow::Cow;
@@ -23,8 +23,7 @@ const COLUMNS: &str = "shutter";
 
 /// Width that thumbnails are scaled down to.
 const THUMBNAIL_PX: usize = 160;
-/// Side of a letter, and the gap between things.
-const LETTER_PX: usize = 8;
+/// The gap between things.
 const GAP_PX: usize = 8;
 
 /// Writes the contact sheet and the page of the finished sequences in `folder` into it, and returns
@@ -150,14 +149,7 @@ impl Canvas {
     }
 
     fn text(&mut self, x: usize, y: usize, text: &str) {
-        for (place, letter) in text.chars().enumerate() {
-            let rows = BASIC_FONTS.get(letter).unwrap_or_default();
-            for (row, bits) in rows.into_iter().enumerate() {
-                for column in (0..LETTER_PX).filter(|column| bits >> column & 1 == 1) {
-                    self.set(x + place * LETTER_PX + column, y + row, [0; 3]);
-                }
-            }
-        }
+        letters::write(&mut self.0, [x, y], text, 1);
     }
 
     /// `image` at 1/`factor` of its size, each pixel the mean of `factor`² code values.
@@ -220,18 +212,5 @@ mod tests {
         let mut names = ["A10-T2", "B1", "A2-T10", "A02", "A2", "A2-T9", "A", "10", "9"];
         names.sort_by(|a, b| natural(a).cmp(&natural(b)));
         assert_eq!(names, ["9", "10", "A", "A02", "A2", "A2-T9", "A2-T10", "A10-T2", "B1"]);
-    }
-
-    #[test]
-    fn letters_are_drawn_upright() {
-        let mut canvas = Canvas::new(8, 8);
-        canvas.text(0, 0, "L");
-        let black = |x: usize, y: usize| canvas.0.bytes[3 * (8 * y + x)] == 0;
-        let in_row = |y: usize| (0..8).filter(|&x| black(x, y)).count();
-        // The bar of the L is below.
-        assert!(in_row(6) > in_row(1) && in_row(1) > 0);
-        let left: usize = (0..8).map(|y| (0..4).filter(|&x| black(x, y)).count()).sum();
-        let right: usize = (0..8).map(|y| (4..8).filter(|&x| black(x, y)).count()).sum();
-        assert!(left > right);
     }
 }

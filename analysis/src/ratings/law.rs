@@ -11,10 +11,12 @@ use crate::maths::resampling::Bootstrap;
 use crate::outcome::{Outcome, entry};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
-use shutterlab_data_schema::fitted::{Estimate, FrequencyUnit, LevelOfDetailLaw, VelocityUnit};
+use shutterlab_data_schema::fitted::{
+    Estimate, FrequencyUnit, LevelOfDetailLaw, VelocityUnit, Weight,
+};
 
 /// The exponent r that Zhang et al. (2014) take for most models and speeds.
-pub const PUBLISHED_R: f64 = 4.0;
+pub const PUBLISHED_R: f64 = Weight::PUBLISHED.r;
 
 /// Why the point rule has no intervals (`cargo run --example calibrate_ratings`).
 const POINT_RULE: &str = "the rule on points takes levels that are too fine by up to the step between \

@@ -91,11 +91,7 @@ fn curves(model: &str, ratings: &[Rating], coarsest: &[&CoarsestLevel], unit: &s
     }
     Plot {
         label: format!("Ratings of {model} by level of detail"),
-        x: Axis {
-            title: "level of detail (part of the faces)".into(),
-            range: [low, 1.0],
-            logarithmic: true,
-        },
+        x: Axis::logarithmic("level of detail (part of the faces)", [low, 1.0]),
         y: Axis::of("rating", [0.0, 1.0]),
         series,
         rules: vec![(THRESHOLD, String::new())],

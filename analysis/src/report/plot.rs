@@ -81,6 +81,11 @@ impl Axis {
         Self { title: title.into(), range, logarithmic: false }
     }
 
+    /// An axis of `range`, above 0, on which equal distances are equal ratios.
+    pub fn logarithmic(title: &str, range: [f64; 2]) -> Self {
+        Self { title: title.into(), range, logarithmic: true }
+    }
+
     /// Where `value` is on the axis: 0 at its beginning, 1 at its end.
     fn place(&self, value: f64) -> f64 {
         let [low, high] = self.range;
@@ -350,7 +355,7 @@ mod tests {
         assert_eq!(axis.ticks().len(), 6);
         assert_eq!(Axis::of("none", []).range, [0.0, 1.0]);
         assert_eq!(Axis::of("one", [3.0, 3.0]).range, [2.5, 3.5]);
-        let logarithmic = Axis { title: "v".into(), range: [1.0, 100.0], logarithmic: true };
+        let logarithmic = Axis::logarithmic("v", [1.0, 100.0]);
         assert_eq!(logarithmic.ticks(), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]);
         assert!((logarithmic.place(10.0) - 0.5).abs() < 1e-12);
     }
