@@ -2,7 +2,7 @@
 //! shutter into an image; and the command line over all of Shutterlab's packages.
 //!
 //! Rooms, from left to right; each imports only from rooms to its left: `gpu`, [`sampling`] <
-//! [`mesh`] < [`scene`] < [`shading`], [`film`] < [`pipelines`] < [`render`] < `cli`.
+//! [`mesh`] < [`scene`] < [`shading`], [`film`] < [`raster`] < [`pipelines`] < [`render`] < `cli`.
 
 #[cfg(feature = "cli")]
 pub mod cli;
@@ -11,6 +11,7 @@ pub mod film;
 pub mod gpu;
 pub mod mesh;
 pub mod pipelines;
+pub mod raster;
 pub mod render;
 pub mod sampling;
 pub mod scene;
