@@ -44,6 +44,8 @@ mod sessions;
 /// Shader structs against their twins in Rust.
 #[cfg(feature = "gpu")]
 mod shaders;
+/// `simplify`: every format in and out, goals, motions, wrong words.
+mod simplify;
 /// `validate`: faults are found, whole files pass.
 mod validate;
 /// Outside validators on what a study writes.

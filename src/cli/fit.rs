@@ -335,13 +335,13 @@ fn parse_shape(text: &str) -> Result<Shape, String> {
 }
 
 /// The one of `all` that is called `text`.
-fn named<T: Copy>(text: &str, all: &[(&str, T)]) -> Result<T, String> {
+pub(super) fn named<T: Copy>(text: &str, all: &[(&str, T)]) -> Result<T, String> {
     let names = || all.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
     let found = all.iter().find(|(name, _)| *name == text);
     found.map(|(_, value)| *value).ok_or_else(|| format!("one of {} is needed", names()))
 }
 
-fn parse_from_0(text: &str) -> Result<f64, String> {
+pub(super) fn parse_from_0(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number| (0.0..=1e6).contains(number));
     number.ok_or("a number from 0 to 1000000 is needed".into())
 }

@@ -10,6 +10,7 @@ mod devices;
 mod display;
 mod export;
 mod fit;
+mod motion_args;
 mod plan;
 mod progress;
 mod render;
@@ -17,6 +18,7 @@ mod replicate;
 mod run;
 #[cfg(feature = "screen")]
 mod screen;
+mod simplify;
 mod slurm;
 mod status;
 mod validate;
@@ -46,6 +48,7 @@ enum Verb {
     Replicate(replicate::Args),
     Fit(fit::Args),
     Export(export::Args),
+    Simplify(Box<simplify::Args>),
     Validate(validate::Args),
     #[cfg(feature = "screen")]
     Screen(screen::Args),
@@ -95,6 +98,7 @@ pub fn main() -> ExitCode {
         Verb::Replicate(args) => replicate::run(&args),
         Verb::Fit(args) => fit::run(&args),
         Verb::Export(args) => export::run(&args),
+        Verb::Simplify(args) => simplify::run(&args),
         Verb::Validate(args) => validate::run(&args),
         #[cfg(feature = "screen")]
         Verb::Screen(args) => screen::run(&args),

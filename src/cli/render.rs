@@ -173,7 +173,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 /// Loads a grid; a name that is neither shipped nor a file is a wrong word.
-fn load_grid(name: &str) -> anyhow::Result<Grid> {
+pub(super) fn load_grid(name: &str) -> anyhow::Result<Grid> {
     let is_known = Path::new(name).exists();
     Grid::load(name).map_err(|error| if is_known { error.into() } else { UsageError::from(error) })
 }
@@ -234,14 +234,14 @@ fn parse_shard(text: &str) -> Result<[usize; 2], String> {
     part.ok_or("I/N is needed, such as 3/45, with I from 1 to N".into())
 }
 
-fn parse_range(text: &str) -> Result<Range<u32>, String> {
+pub(super) fn parse_range(text: &str) -> Result<Range<u32>, String> {
     let parsed = text
         .split_once("..")
         .and_then(|(a, b)| Some(a.trim().parse().ok()?..b.trim().parse().ok()?));
     parsed.ok_or("A..B is needed, such as 58..60; B is not rendered".into())
 }
 
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
+pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let parsed = text
         .split_once('x')
         .and_then(|(w, h)| Some([w.trim().parse().ok()?, h.trim().parse().ok()?]));
