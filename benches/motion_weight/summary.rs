@@ -135,7 +135,7 @@ pub fn draw(rows: &[Row], folder: &Path) -> Result<(), Failure> {
         let plot = Plot {
             label: format!("{title}, over the exponent r of the weight"),
             y: Axis::of(&title, bounds.chain([1.0])),
-            x: Axis { title: "r".into(), range: [0.125, 8.0], logarithmic: true },
+            x: Axis::logarithmic("r", [0.125, 8.0]),
             series,
             rules: vec![(1.0, "isotropic".into())],
         };

@@ -19,7 +19,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Simplify a mesh: to a number of faces, within an error, or as far as its motion hides it
+/// Simplify a mesh: to a number of faces, within an error, or as far as a law of its speed allows
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The mesh: .ply, .obj, .gltf, .glb or .stl

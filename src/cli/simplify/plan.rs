@@ -10,11 +10,7 @@ use crate::mesh::simplify::direction::{ScreenMotion, Weight};
 use crate::mesh::simplify::{Attributes, Options};
 use serde_json::{Value, json};
 use shutterlab_data_schema::FittedParameters;
-use shutterlab_data_schema::fitted::LevelOfDetailLaw;
-
-/// The exponent and the constant of Eq. 4 that Zhang et al. (2014) end with.
-const PUBLISHED_R: f64 = 4.0;
-const PUBLISHED_EPSILON: f64 = 0.5;
+use shutterlab_data_schema::fitted::{self, LevelOfDetailLaw};
 
 /// How an edge's direction weighs, without parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,8 +64,8 @@ impl<'a> Goal<'a> {
         let fitted = args.parameters.as_deref().map(FittedParameters::read).transpose()?;
         let (weight, law) = fitted.map_or((None, None), |fitted| (fitted.weight, fitted.law));
         let has_parameters = args.r.is_some() || args.epsilon.is_some();
-        // An r is that of Eq. 4 as printed. Without one no weight: neither makes blurred images better on the
-        // whole, the mirrored one makes them worse.
+        // An r is that of Eq. 4 as printed. Without one there is no weight, because neither makes blurred images
+        // better on the whole (docs/benchmarks.md).
         let kind = args.weight.unwrap_or(match weight.is_some() || has_parameters {
             true if has_motion => WeightKind::Printed,
             _ => WeightKind::Isotropic,
@@ -77,9 +73,10 @@ impl<'a> Goal<'a> {
         if kind == WeightKind::Isotropic && has_parameters {
             return wrong("--r and --epsilon are of --weight printed and mirrored, with --motion");
         }
-        let fitted_epsilon = weight.as_ref().and_then(|weight| weight.epsilon);
-        let r = args.r.or(weight.map(|weight| weight.r)).unwrap_or(PUBLISHED_R) as f32;
-        let epsilon = args.epsilon.or(fitted_epsilon).unwrap_or(PUBLISHED_EPSILON) as f32;
+        let weight = weight.unwrap_or(fitted::Weight::PUBLISHED);
+        let r = args.r.unwrap_or(weight.r) as f32;
+        let epsilon = args.epsilon.or(weight.epsilon).or(fitted::Weight::PUBLISHED.epsilon);
+        let epsilon = epsilon.unwrap_or_default() as f32;
         let weight = match kind {
             WeightKind::Isotropic => Weight::Isotropic,
             WeightKind::Printed => Weight::Printed { r, epsilon },

@@ -1,4 +1,4 @@
-//! Normals and texture coordinates at the wedges of a surface, and their quadrics (Hoppe 1999).
+//! Normals and texture coordinates at the wedges of a surface, and their quadrics [Hoppe1999].
 //!
 //! Over each triangle an attribute s is linear in the place x. The squared difference to that, summed over
 //! the triangles about a wedge and weighted by their areas, is quadratic in x and s. Given x, the best s

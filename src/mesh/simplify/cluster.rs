@@ -3,6 +3,8 @@
 //! A cluster is contracted by itself: points with a triangle that reaches out of it stay as they are. What
 //! was done is a list of contractions, of which any first part can be carried out.
 
+mod allowed;
+
 use super::Settings;
 use super::attributes::{self, AttributeQuadric, AttributeSum, Values};
 use super::direction::Seen;
@@ -14,12 +16,6 @@ use std::collections::BinaryHeap;
 
 /// No point, triangle or corner.
 const NONE: u32 = u32::MAX;
-
-/// A face may turn by up to 75° in a contraction, or it counts as flipped.
-const LEAST_COSINE: f32 = 0.25;
-
-/// Edges of points with more triangles than this together stay, or a fan of a million would take for ever.
-const MOST_TRIANGLES: usize = 4096;
 
 /// Point `removed` goes into point `kept`, both counted in the cluster.
 #[derive(Clone, Debug)]
@@ -355,126 +351,6 @@ impl<'a, const F: usize> Cluster<'a, F> {
             }
         }
         sums
-    }
-
-    /// Whether the surface stays what it is: the link condition (Dey et al. 1999), no flipped face, boundaries
-    /// along themselves, and nothing larger on the screen than the limit allows.
-    fn is_allowed(&mut self, plan: &Plan<F>) -> bool {
-        let (removed, kept) = (plan.removed, plan.kept);
-        let (ring_of_kept, ring_of_both) = (self.mark + 1, self.mark + 2);
-        self.mark += 2;
-        // The neighbours of the kept point.
-        let (mut triangles, mut shared) = (0, 0);
-        let mut corner = self.heads[kept as usize];
-        while corner != NONE {
-            triangles += 1;
-            let others = self.others(corner);
-            for other in others {
-                self.marks[other as usize] = ring_of_kept;
-            }
-            shared += usize::from(others.contains(&removed));
-            if triangles > MOST_TRIANGLES {
-                return false;
-            }
-            corner = self.next[corner as usize];
-        }
-        if shared != if self.kinds[removed as usize] == Kind::Boundary { 1 } else { 2 } {
-            return false;
-        }
-        // Neighbours of both have to be those of the triangles at the edge.
-        let mut common = 0;
-        let mut corner = self.heads[removed as usize];
-        while corner != NONE {
-            triangles += 1;
-            let others = self.others(corner);
-            let mut in_both = 0;
-            for other in others {
-                let mark = &mut self.marks[other as usize];
-                if *mark == ring_of_kept {
-                    *mark = ring_of_both;
-                    common += 1;
-                }
-                in_both += usize::from(*mark == ring_of_both);
-            }
-            // The kept point may have a triangle with the same two.
-            if triangles > MOST_TRIANGLES
-                || (in_both == 2 && !others.contains(&kept) && self.has_triangle(kept, others))
-            {
-                return false;
-            }
-            corner = self.next[corner as usize];
-        }
-        common == shared
-            && self.keeps_wedges(plan)
-            && self.keeps_faces(removed, kept, plan)
-            && self.keeps_faces(kept, removed, plan)
-    }
-
-    /// Whether each wedge has one to go into, and seams are contracted along themselves.
-    fn keeps_wedges(&self, plan: &Plan<F>) -> bool {
-        let Some(wedges) = &self.wedges else { return true };
-        let (removed, kept) = (plan.removed as usize, plan.kept as usize);
-        let pairs: Vec<_> = plan.wedges.iter().flatten().collect();
-        if self.kinds[removed] == Kind::Seam {
-            let mut at_edge = self.corners(plan.removed).map(|corner| corner as usize / 3);
-            let mut next = || at_edge.find(|&t| self.triangles[t].contains(&plan.kept));
-            let (Some(a), Some(b)) = (next(), next()) else { return false };
-            if pairs.len() == 1 && wedges.groups[a] == wedges.groups[b] {
-                return false;
-            }
-        }
-        // Of a point that moves all wedges have to be told.
-        let moves = plan.position != self.positions[kept];
-        let count = (wedges.starts[kept + 1] - wedges.starts[kept]) as usize;
-        let is_clear = match pairs[..] {
-            [a, b] => a.0 != b.0 && !(moves && a.1 == b.1),
-            _ => true,
-        };
-        if !is_clear || (moves && pairs.len() != count) {
-            return false;
-        }
-        self.corners(plan.removed).all(|corner| {
-            let wedge = wedges.corners[corner as usize / 3][corner as usize % 3];
-            pairs.iter().any(|pair| pair.0 == wedge)
-        })
-    }
-
-    fn has_triangle(&self, point: u32, others: [u32; 2]) -> bool {
-        self.corners(point).any(|corner| {
-            let these = self.others(corner);
-            others.iter().all(|other| these.contains(other))
-        })
-    }
-
-    /// Whether the triangles at `point`, but for those at `other` too, may have their corner where the plan
-    /// puts it.
-    fn keeps_faces(&self, point: u32, other: u32, plan: &Plan<F>) -> bool {
-        let limit =
-            self.settings.limit.map(|limit| (limit, self.settings.look(&plan.position, self.unit)));
-        self.corners(point).all(|corner| {
-            let [b, c] = self.others(corner);
-            if b == other || c == other {
-                return true;
-            }
-            let keeps_facing = (0..F).all(|frame| {
-                let at = |point: u32| self.positions[point as usize][frame];
-                let side = at(c) - at(b);
-                let before = (at(b) - at(point)).cross(side);
-                let after = (at(b) - plan.position[frame]).cross(side);
-                let lengths = before.length() * after.length();
-                before.dot(after) >= LEAST_COSINE * lengths
-                    && (lengths > 0.0 || before == Vec3::ZERO)
-            });
-            keeps_facing
-                && limit.as_ref().is_none_or(|(limit, seen)| {
-                    let at = |point: u32| self.seen[point as usize];
-                    let after = [*seen, at(b), at(c)];
-                    let speed = after.iter().map(|s| s.speed_px).fold(f32::INFINITY, f32::min);
-                    let perimeter = super::detail::perimeter_px(&after);
-                    perimeter <= limit.at(speed)
-                        || perimeter <= super::detail::perimeter_px(&[at(point), at(b), at(c)])
-                })
-        })
     }
 
     /// Carries the plan out.

@@ -27,7 +27,7 @@ pub enum Attributes {
     /// A new vertex has the mean of the normals and texture coordinates that it replaces (Zhang et al. 2014).
     Averaged,
     /// Normals and texture coordinates have their own quadrics, are placed best and add to the cost
-    /// (Hoppe 1999).
+    /// [Hoppe1999].
     #[default]
     Quadrics,
 }

@@ -1,4 +1,4 @@
-//! Quadrics: the sum of squared distances to planes as a function of the place (Garland and Heckbert 1997).
+//! Quadrics: the sum of squared distances to planes as a function of the place [GarlandHeckbert1997].
 //!
 //! A quadric is kept relative to its vertex. Its numbers are then of the size of the edges about the
 //! vertex, whatever the size and place of the mesh, so that single precision is enough to store them; sums

@@ -1,4 +1,4 @@
-//! Progressive meshes (Hoppe 1996): a coarse mesh and the vertex splits that lead from it to the input, each
+//! Progressive meshes [Hoppe1996]: a coarse mesh and the vertex splits that lead from it to the input, each
 //! of which can be undone.
 //!
 //! A record holds every contraction of one simplification. Going from one level of detail to another costs
