@@ -21,6 +21,7 @@ const COVERED_PX: f64 = 1e5;
 
 fn main() -> anyhow::Result<()> {
     let folder = std::env::args().nth(1).context("a folder for the figures is needed")?;
+    std::fs::create_dir_all(&folder).context(folder.clone())?;
     let figures = [("sensitivity", sensitivity()), ("limit", limit()), ("law", law()?)];
     for (name, figure) in figures {
         let file = format!("{folder}/contrast-{name}.svg");

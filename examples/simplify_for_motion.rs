@@ -2,23 +2,24 @@
 //! `cargo run --release --example simplify_for_motion -- MODEL PIXELS_PER_SHUTTER OUT`.
 #![expect(clippy::print_stdout, reason = "it tells what it did")]
 
+use anyhow::{Context, ensure};
 use glam::DVec3;
 use shutterlab::mesh::simplify::detail::{PerimeterLimit, Viewing};
-use shutterlab::mesh::simplify::direction::Weight;
 use shutterlab::mesh::simplify::{Options, simplify};
 use shutterlab::scene::screen_motion::{Described, Rule, framing};
 use shutterlab::scene::{export, import};
 use shutterlab_data_schema::fitted::LevelOfDetailLaw;
 use shutterlab_stimuli::stimulus::View;
-use std::error::Error;
 use std::path::PathBuf;
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> anyhow::Result<()> {
     let arguments: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
     let [model, pixels, out] = &arguments[..] else {
-        return Err("MODEL PIXELS_PER_SHUTTER OUT are needed".into());
+        anyhow::bail!("MODEL PIXELS_PER_SHUTTER OUT are needed");
     };
-    let pixels: f64 = pixels.to_string_lossy().parse()?;
+    let pixels = pixels.to_string_lossy();
+    let pixels: f64 = pixels.parse().context(format!("PIXELS_PER_SHUTTER: {pixels}"))?;
+    ensure!(pixels >= 0.0, "PIXELS_PER_SHUTTER: {pixels}: a number from 0 is needed");
     let mut model = import::model(model)?;
 
     // The camera looks along −z at the middle of the model, which goes along x.
@@ -34,12 +35,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         rule: Rule::Least,
     };
     let limit = PerimeterLimit::from_law(&LevelOfDetailLaw::PUBLISHED, Viewing::default())?;
-    let options = Options {
-        weight: Weight::Printed { r: 4.0, epsilon: 0.5 },
-        motion: Some(&motion.paths()),
-        limit: Some(limit),
-        ..Options::default()
-    };
+    let options =
+        Options { motion: Some(&motion.paths()), limit: Some(limit), ..Options::default() };
     let simplified = simplify(&model.mesh, Some(&model.face_materials), &options)?;
 
     let before = model.mesh.triangles.len();

@@ -177,7 +177,12 @@ impl MotionArgs {
                 }
             };
             if before {
-                let given = format!("{motion:?}");
+                let given = match motion {
+                    Motion::Translate(_) => "a second translation",
+                    Motion::Rotate(..) => "a second rotation",
+                    Motion::Camera(_) => "a second motion of the camera",
+                    Motion::Pan(_) => "a second pan",
+                };
                 return Err(wrong("--motion", given, "each kind of motion is given once"));
             }
         }
@@ -204,6 +209,10 @@ impl MotionArgs {
         let object = match (&self.object, &meshes[..]) {
             (Some(name), _) => pick("--object", name, &meshes, |object| &object.name)?,
             (None, [object]) => object,
+            (None, []) => {
+                let allowed = "a scene with a mesh is needed: this one has none";
+                return Err(wrong("--grid", name, allowed));
+            }
             (None, _) => {
                 let given = format!("missing, of {} meshes", meshes.len());
                 return Err(wrong("--object", given, "the name of one is needed"));
@@ -245,10 +254,14 @@ fn pick<'a, T>(
     called: impl Fn(&T) -> &str,
 ) -> anyhow::Result<&'a T> {
     all.iter().find(|one| called(one) == name).ok_or_else(|| {
-        let near = nearest(name, all.iter().map(called));
+        let near = nearest(name, all.iter().map(&called));
         let allowed = match near {
             Some(near) => format!("there is none; did you mean {near}?"),
-            None => "there is none".into(),
+            None => {
+                let names: Vec<&str> = all.iter().take(12).map(&called).collect();
+                let more = if all.len() > names.len() { ", …" } else { "" };
+                format!("there is none; there are {}{more}", names.join(", "))
+            }
         };
         wrong(option, name, &allowed)
     })

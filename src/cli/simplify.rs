@@ -116,8 +116,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         let left = counted(found.mesh.triangles.len(), "face");
         let out = args.out.display();
         eprintln!(
-            "{out}: {left}, and {} asked for: no more contractions are allowed",
-            plan.faces()
+            "{out}: {left}, and {} asked for: {} allows no more contractions",
+            plan.faces(),
+            if args.error.is_some() { "--error" } else { "the surface" }
         );
     }
     say(&result)

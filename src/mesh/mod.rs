@@ -98,6 +98,12 @@ impl Mesh {
             .map(|of| self.positions.iter().copied().reduce(of).unwrap_or_default())
     }
 
+    /// The diagonal of the bounding box, as the shutter opens.
+    pub fn diagonal(&self) -> f32 {
+        let [min, max] = self.bounds();
+        min.distance(max)
+    }
+
     /// The unit normal of each vertex as the shutter opens: the mean of the normals around it, weighted by the
     /// areas of their faces. Zero where no face with an area is.
     pub fn area_weighted_normals(&self) -> Vec<Vec3> {

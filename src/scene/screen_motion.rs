@@ -96,18 +96,19 @@ impl ScreenPaths {
         for run in &self.runs {
             let (mut before, distance) = image(&run[0])?;
             nearest = nearest.min(distance);
-            let mut swept = 0.0;
+            // In double precision: one long chord must not leave its rounding in all that follow.
+            let mut swept = 0.0f64;
             for k in 1..run.len() {
                 let (here, distance) = image(&run[k])?;
                 nearest = nearest.min(distance);
-                swept += here.distance(before);
+                swept += f64::from(here.distance(before));
                 before = here;
                 if k >= self.steps {
-                    shortest = shortest.min(swept);
+                    shortest = shortest.min(swept as f32);
                     // The next shutter interval begins a step later, if there is one.
                     if k + 1 < run.len() {
                         let [first, second] = [k - self.steps, k - self.steps + 1];
-                        swept -= image(&run[first])?.0.distance(image(&run[second])?.0);
+                        swept -= f64::from(image(&run[first])?.0.distance(image(&run[second])?.0));
                     }
                 }
             }

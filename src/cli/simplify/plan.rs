@@ -94,7 +94,7 @@ impl<'a> Goal<'a> {
     pub(super) fn of(self, mesh: &Mesh, seen: Option<&'a Seen>) -> anyhow::Result<Plan<'a>> {
         let Self { args, weight, law } = self;
         let part = |ratio: f64| ((ratio * mesh.triangles.len() as f64) as usize).max(1);
-        let diagonal = diagonal(mesh);
+        let diagonal = f64::from(mesh.diagonal());
         let limit = law.as_ref().zip(seen).map(|(law, seen)| {
             PerimeterLimit::from_law(law, seen.viewing)
                 .map_err(|error| UsageError::from(format!("simplify: {error}")))
@@ -161,12 +161,6 @@ impl Plan<'_> {
             "attributes": attributes,
         })
     }
-}
-
-/// The diagonal of the bounding box.
-pub(super) fn diagonal(mesh: &Mesh) -> f64 {
-    let [min, max] = mesh.bounds();
-    min.as_dvec3().distance(max.as_dvec3())
 }
 
 pub(super) fn parse_faces(text: &str) -> Result<usize, String> {

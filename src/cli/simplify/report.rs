@@ -1,7 +1,7 @@
 //! What `simplify` tells of its work.
 
 use super::Args;
-use super::plan::{Plan, diagonal};
+use super::plan::Plan;
 use crate::cli::counted;
 use crate::mesh::distance::distance;
 use crate::mesh::simplify::Simplified;
@@ -38,7 +38,7 @@ pub(super) fn text(args: &Args, before: &Mesh, found: &Simplified, clock: &Clock
         format!("{}, {} {vertices}", counted(mesh.triangles.len(), "face"), mesh.positions.len())
     };
     let seconds: f64 = clock.seconds.values().filter_map(Value::as_f64).sum();
-    let part = 100.0 * f64::from(found.error) / diagonal(before);
+    let part = 100.0 * f64::from(found.error) / f64::from(before.diagonal());
     format!(
         "{}: {}\n{}: {}\nlargest error of a contraction: {:.3e} ({part:.3} % of the diagonal)\n\
          {seconds:.2} s",
@@ -60,7 +60,7 @@ pub(super) fn json(
 ) -> Value {
     let after = &found.mesh;
     let measured = distance(before, after, SAMPLES).symmetric();
-    let diagonal = diagonal(before);
+    let diagonal = f64::from(before.diagonal());
     let relative = measured.over(diagonal);
     let topology = [before, after].map(Topology::of);
     clock.stage("measure");

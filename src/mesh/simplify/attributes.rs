@@ -5,7 +5,7 @@
 //! follows, so that what is left is a quadric of the place alone, to be added to that of the surface.
 
 use super::quadric::{Quadric, Sum};
-use crate::mesh::Mesh;
+use crate::mesh::{MAX_COORDINATE, Mesh};
 use glam::{DVec3, Vec2, Vec3};
 
 /// Three of the normal, two of the texture coordinates.
@@ -70,6 +70,8 @@ impl Scale {
     pub fn attributes(&self, values: &Values) -> (Vec3, Vec2) {
         let [x, y, z, u, v] = *values;
         let texture = if self.texture > 0.0 { Vec2::new(u, v) / self.texture } else { Vec2::ZERO };
+        let most = Vec2::splat(MAX_COORDINATE);
+        let texture = texture.clamp(-most, most);
         (Vec3::new(x, y, z).normalize_or_zero(), texture)
     }
 }

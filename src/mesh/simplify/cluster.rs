@@ -8,14 +8,18 @@ mod allowed;
 use super::Settings;
 use super::attributes::{self, AttributeQuadric, AttributeSum, Values};
 use super::direction::Seen;
-use super::quadric::{Quadric, Sum};
+use super::quadric::{Quadric, STIFFNESS, Sum};
 use super::surface::Kind;
+use crate::mesh::MAX_COORDINATE;
 use glam::{DVec3, Vec3};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// No point, triangle or corner.
 const NONE: u32 = u32::MAX;
+
+/// Edges of points with more triangles than this together stay, or a fan of a million would take for ever.
+const MOST_TRIANGLES: u32 = 4096;
 
 /// Point `removed` goes into point `kept`, both counted in the cluster.
 #[derive(Clone, Debug)]
@@ -93,9 +97,11 @@ pub struct Cluster<'a, const F: usize> {
     seen: Vec<Seen>,
     /// The point that a point has gone into, or itself.
     parents: Vec<u32>,
-    /// The first corner at each point, and the next after each corner.
+    /// The first corner at each point, how many there are, and the next after each corner and the one before.
     heads: Vec<u32>,
+    degrees: Vec<u32>,
     next: Vec<u32>,
+    previous: Vec<u32>,
     /// The points of each triangle; [`NONE`] of those that have vanished.
     triangles: Vec<[u32; 3]>,
     wedges: Option<ClusterWedges<'a>>,
@@ -125,6 +131,8 @@ struct Plan<const F: usize> {
     squared_error: f32,
     /// Up to two wedges that go into others.
     wedges: [Option<WedgeContraction>; 2],
+    /// How the kept point is seen there, once it was looked at.
+    seen: Option<Seen>,
 }
 
 impl<'a, const F: usize> Cluster<'a, F> {
@@ -133,11 +141,6 @@ impl<'a, const F: usize> Cluster<'a, F> {
         let count = part.positions.len();
         let triangles: Vec<_> =
             part.triangles.iter().map(|t| t.map(|point| point - part.first)).collect();
-        let mut heads = vec![NONE; count];
-        let mut next = vec![NONE; 3 * triangles.len()];
-        for (corner, &point) in triangles.as_flattened().iter().enumerate() {
-            next[corner] = std::mem::replace(&mut heads[point as usize], corner as u32);
-        }
         let kinds = part.kinds.iter().zip(part.is_locked);
         let mut cluster = Self {
             settings,
@@ -147,8 +150,10 @@ impl<'a, const F: usize> Cluster<'a, F> {
             kinds: kinds.map(|(&kind, &is)| if is { Kind::Locked } else { kind }).collect(),
             seen: vec![],
             parents: (0..count as u32).collect(),
-            heads,
-            next,
+            heads: vec![NONE; count],
+            degrees: vec![0; count],
+            next: vec![NONE; 3 * triangles.len()],
+            previous: vec![NONE; 3 * triangles.len()],
             triangles,
             wedges: part.wedges.map(|part| {
                 let first = part.starts[0];
@@ -169,6 +174,10 @@ impl<'a, const F: usize> Cluster<'a, F> {
             marks: vec![0; count],
             mark: 0,
         };
+        for corner in 0..cluster.next.len() {
+            let point = cluster.triangles[corner / 3][corner % 3];
+            cluster.link(point, corner as u32);
+        }
         if settings.motion.is_some() {
             cluster.seen = part.positions.iter().map(|p| settings.look(p, unit)).collect();
         }
@@ -202,7 +211,7 @@ impl<'a, const F: usize> Cluster<'a, F> {
             if a == b {
                 continue;
             }
-            let Some(plan) = self.plan(a, b) else { continue };
+            let Some(mut plan) = self.plan(a, b) else { continue };
             // Costs only grow as quadrics are added: what is in the heap is a lower bound.
             if plan.key > candidate.key {
                 if plan.key <= self.horizon {
@@ -210,7 +219,7 @@ impl<'a, const F: usize> Cluster<'a, F> {
                 }
                 continue;
             }
-            if !self.is_allowed(&plan) {
+            if !self.is_allowed(&mut plan) {
                 continue;
             }
             key = plan.key.max(key);
@@ -247,44 +256,56 @@ impl<'a, const F: usize> Cluster<'a, F> {
     fn plan(&self, a: u32, b: u32) -> Option<Plan<F>> {
         use Kind::{Boundary, Fixed, Interior, Locked, Seam};
         let (removed, kept, is_free) = match (self.kinds[a as usize], self.kinds[b as usize]) {
-            (Interior, Interior) | (Boundary, Boundary) | (Seam, Seam) => (a, b, true),
+            // The one with fewer triangles goes, so that little has to be rewritten.
+            (Interior, Interior) | (Boundary, Boundary) | (Seam, Seam) => {
+                match self.degrees[a as usize] > self.degrees[b as usize] {
+                    true => (b, a, true),
+                    false => (a, b, true),
+                }
+            }
             (Locked, _) | (_, Locked) => return None,
             (Fixed, Fixed) | (Boundary, Seam) | (Seam, Boundary) => return None,
             (Interior, _) | (_, Fixed) => (a, b, false),
             (_, Interior) | (Fixed, _) => (b, a, false),
         };
         let (r, k) = (removed as usize, kept as usize);
-        let mut position = self.positions[k];
+        if self.degrees[r] + self.degrees[k] > MOST_TRIANGLES {
+            return None;
+        }
+        let origins = self.positions[k];
         let mut wedges = self.wedges.as_ref().map(|wedges| self.wedge_pairs(wedges, removed, kept));
-        let (mut cost, mut distance, mut weight) = (0.0, 0.0, 0.0);
-        for (frame, place) in position.iter_mut().enumerate() {
-            let origin = *place;
-            let edge = (self.positions[r][frame] - origin).as_dvec3();
-            let mut surface = Sum::default();
-            surface.add(&self.quadrics[k][frame], DVec3::ZERO);
-            surface.add(&self.quadrics[r][frame], edge);
-            let attributes = wedges.as_mut().filter(|_| frame == 0);
-            let attributes = attributes.map(|pairs| self.attribute_sums(pairs, edge, is_free));
-            let mut all = surface;
-            for sum in attributes.iter().flatten().flatten() {
-                all.add_sum(&if is_free { sum.best() } else { sum.here() });
-            }
-            let at = match self.kinds[k] {
-                _ if !is_free => DVec3::ZERO,
-                Interior => best(&all, edge),
-                // What is straight stays straight to the last bit.
-                _ => least(&all, [DVec3::ZERO, edge, best(&all, edge)]),
-            };
-            *place = origin + at.as_vec3();
-            let squared = surface.error(at);
-            cost += if attributes.is_some() { all.error(at) } else { squared };
-            distance += squared;
-            weight += surface.weight();
-            if is_free && let (Some(sums), Some(pairs)) = (attributes, &mut wedges) {
-                for (pair, sum) in pairs.iter_mut().zip(sums) {
-                    if let (Some((_, _, values)), Some(sum)) = (pair, sum) {
-                        *values = attributes::sum(values, sum.values(at));
-                    }
+        let edges: [DVec3; F] =
+            std::array::from_fn(|frame| (self.positions[r][frame] - origins[frame]).as_dvec3());
+        let surfaces: [Sum; F] = std::array::from_fn(|frame| {
+            let mut sum = Sum::default();
+            sum.add(&self.quadrics[k][frame], DVec3::ZERO);
+            sum.add(&self.quadrics[r][frame], edges[frame]);
+            sum
+        });
+        // Those of the values are of the first keyframe.
+        let attributes = wedges.as_mut().map(|pairs| self.attribute_sums(pairs, edges[0], is_free));
+        let mut sums = surfaces;
+        for sum in attributes.iter().flatten().flatten() {
+            sums[0].add_sum(&if is_free { sum.best() } else { sum.here() });
+        }
+        let at = match self.kinds[k] {
+            _ if !is_free => [DVec3::ZERO; F],
+            Interior => best(&sums, &edges),
+            // What is straight stays straight to the last bit.
+            _ => least(&sums, [[DVec3::ZERO; F], edges, best(&sums, &edges)]),
+        };
+        let position: [Vec3; F] = std::array::from_fn(|frame| origins[frame] + at[frame].as_vec3());
+        let farthest = position.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
+        if farthest * self.unit > MAX_COORDINATE {
+            return None;
+        }
+        let cost = error(&sums, &at);
+        let distance = error(&surfaces, &at);
+        let weight: f64 = surfaces.iter().map(Sum::weight).sum();
+        if is_free && let (Some(sums), Some(pairs)) = (attributes, &mut wedges) {
+            for (pair, sum) in pairs.iter_mut().zip(sums) {
+                if let (Some((_, _, values)), Some(sum)) = (pair, sum) {
+                    *values = attributes::sum(values, sum.values(at[0]));
                 }
             }
         }
@@ -298,7 +319,7 @@ impl<'a, const F: usize> Cluster<'a, F> {
         };
         let key = (cost as f32 * factor).to_bits();
         let wedges = wedges.unwrap_or_default();
-        Some(Plan { removed, kept, position, key, squared_error, wedges })
+        Some(Plan { removed, kept, position, key, squared_error, wedges, seen: None })
     }
 
     /// The wedges of `removed` at its edge to `kept`, those of `kept` that they go into, and the values of
@@ -378,19 +399,20 @@ impl<'a, const F: usize> Cluster<'a, F> {
         }
         self.positions[k] = plan.position;
         if !self.seen.is_empty() {
-            self.seen[k] = self.settings.look(&plan.position, self.unit);
+            let look = || self.settings.look(&plan.position, self.unit);
+            self.seen[k] = plan.seen.unwrap_or_else(look);
         }
         self.parents[r] = plan.kept;
 
-        let mut corner = std::mem::replace(&mut self.heads[r], NONE);
+        let mut corner = self.heads[r];
         while corner != NONE {
             let following = self.next[corner as usize];
             let triangle = corner as usize / 3;
             if self.triangles[triangle].contains(&plan.kept) {
                 let points = std::mem::replace(&mut self.triangles[triangle], [NONE; 3]);
                 log.faces.push(triangle as u32);
-                for point in points.into_iter().filter(|&point| point != plan.removed) {
-                    self.unlink(point, triangle as u32);
+                for (point, corner) in points.into_iter().zip(3 * triangle as u32..) {
+                    self.unlink(point, corner);
                 }
             } else {
                 log.corners.push(corner);
@@ -400,27 +422,35 @@ impl<'a, const F: usize> Cluster<'a, F> {
                     let pair = plan.wedges.iter().flatten().find(|pair| pair.0 == *wedge);
                     *wedge = pair.map_or(*wedge, |pair| pair.1);
                 }
-                self.next[corner as usize] = std::mem::replace(&mut self.heads[k], corner);
+                self.unlink(plan.removed, corner);
+                self.link(plan.kept, corner);
             }
             corner = following;
         }
     }
 
-    /// Takes the corner of `triangle` out of the list of `point`.
-    fn unlink(&mut self, point: u32, triangle: u32) {
-        let mut corner = self.heads[point as usize];
-        if corner / 3 == triangle {
-            self.heads[point as usize] = self.next[corner as usize];
-            return;
+    /// Puts `corner` into the list of `point`.
+    fn link(&mut self, point: u32, corner: u32) {
+        let next = std::mem::replace(&mut self.heads[point as usize], corner);
+        self.next[corner as usize] = next;
+        self.previous[corner as usize] = NONE;
+        if next != NONE {
+            self.previous[next as usize] = corner;
         }
-        while corner != NONE {
-            let following = self.next[corner as usize];
-            if following != NONE && following / 3 == triangle {
-                self.next[corner as usize] = self.next[following as usize];
-                return;
-            }
-            corner = following;
+        self.degrees[point as usize] += 1;
+    }
+
+    /// Takes `corner` out of the list of `point`.
+    fn unlink(&mut self, point: u32, corner: u32) {
+        let [next, previous] = [self.next[corner as usize], self.previous[corner as usize]];
+        match previous {
+            NONE => self.heads[point as usize] = next,
+            _ => self.next[previous as usize] = next,
         }
+        if next != NONE {
+            self.previous[next as usize] = previous;
+        }
+        self.degrees[point as usize] -= 1;
     }
 
     /// Calls `visit` once with each neighbour of `point`.
@@ -482,18 +512,35 @@ pub fn merge_wedges(
     values[k] = new;
 }
 
-/// Where the sum is least near the edge from the origin to `edge`.
+/// How much the places of a point in two keyframes are drawn to the middles of the edge, as a part of the weights:
+/// where the surface leaves them open they are the same place of it in both, or what lies between would slide.
+const STIFFNESS_OF_TWO: f64 = 0.05;
+
+/// Where each sum is least near its edge, which goes from the origin to where `edges` says.
 #[inline]
-pub fn best(sum: &Sum, edge: DVec3) -> DVec3 {
-    let middle = 0.5 * edge;
-    let at =
-        sum.minimum(middle).filter(|at| at.distance_squared(middle) <= 4.0 * edge.length_squared());
-    at.unwrap_or_else(|| least(sum, [DVec3::ZERO, edge, middle]))
+pub fn best<const F: usize>(sums: &[Sum; F], edges: &[DVec3; F]) -> [DVec3; F] {
+    let stiffness = if F == 1 { STIFFNESS } else { STIFFNESS_OF_TWO };
+    let middles = edges.map(|edge| 0.5 * edge);
+    let mut places = middles;
+    for frame in 0..F {
+        let most = 4.0 * edges[frame].length_squared();
+        let place = sums[frame].minimum(middles[frame], stiffness);
+        match place.filter(|place| place.distance_squared(middles[frame]) <= most) {
+            Some(place) => places[frame] = place,
+            None => return least(sums, [[DVec3::ZERO; F], *edges, middles]),
+        }
+    }
+    places
 }
 
-/// The first of the places where the sum is least.
-fn least(sum: &Sum, places: [DVec3; 3]) -> DVec3 {
+/// The first of the places where the sums are least.
+fn least<const F: usize>(sums: &[Sum; F], places: [[DVec3; F]; 3]) -> [DVec3; F] {
     let [a, b, c] = places;
-    let better = |a, b| if sum.error(b) < sum.error(a) { b } else { a };
+    let better = |a, b| if error(sums, &b) < error(sums, &a) { b } else { a };
     better(better(a, b), c)
+}
+
+/// The error of all sums together.
+pub fn error<const F: usize>(sums: &[Sum; F], places: &[DVec3; F]) -> f64 {
+    sums.iter().zip(places).map(|(sum, &place)| sum.error(place)).sum()
 }

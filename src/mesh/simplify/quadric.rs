@@ -25,7 +25,7 @@ pub struct Sum {
 
 /// How much a solution is drawn towards its guess, as a part of the sum of the weights: enough that a flat
 /// piece, whose planes leave the place open, has one.
-const STIFFNESS: f64 = 1e-5;
+pub const STIFFNESS: f64 = 1e-5;
 
 impl Quadric {
     /// Adds `weight` times the squared distance to the plane through the vertex with the unit normal `normal`.
@@ -83,12 +83,13 @@ impl Sum {
         (x.dot(times(&self.a, x)) + 2.0 * self.b.dot(x) + self.c).max(0.0)
     }
 
-    /// Where E is least, drawn a little towards `guess`; nothing if there are no planes.
+    /// Where E is least, drawn towards `guess` by `stiffness`, from 0 to 1, in the directions that the planes leave
+    /// open; nothing if there are no planes.
     #[inline]
-    pub fn minimum(&self, guess: DVec3) -> Option<DVec3> {
-        let stiffness = STIFFNESS * self.weight();
-        let [xx, yy, zz, xy, xz, yz] = self.a;
-        let (xx, yy, zz) = (xx + stiffness, yy + stiffness, zz + stiffness);
+    pub fn minimum(&self, guess: DVec3, stiffness: f64) -> Option<DVec3> {
+        let own = stiffness * self.weight();
+        let [xx, yy, zz, xy, xz, yz] = self.a.map(|value| (1.0 - stiffness) * value);
+        let (xx, yy, zz) = (xx + own, yy + own, zz + own);
         let right = -(self.b + times(&self.a, guess));
         // The inverse by its cofactors: A is semidefinite and the stiffness above 0, so it has one.
         let [c_xx, c_yy, c_zz] = [yy * zz - yz * yz, xx * zz - xz * xz, xx * yy - xy * xy];

@@ -72,7 +72,7 @@ impl<const F: usize> Surface<F> {
             if is_whole && removed == 0 {
                 break;
             }
-            if removed < before / 50 {
+            if removed == 0 || removed < before / 50 {
                 one_cluster = all_costs;
                 all_costs = true;
             }
@@ -97,15 +97,14 @@ impl<const F: usize> Surface<F> {
     /// What the contraction of an edge would cost, if both points may go anywhere and carry nothing.
     fn cost(&self, settings: &Settings, edge: [usize; 2]) -> f32 {
         let [a, b] = edge.map(|point| &self.positions[point]);
-        let cost: f64 = (0..F)
-            .map(|frame| {
-                let across = (b[frame] - a[frame]).as_dvec3();
-                let mut sum = Sum::default();
-                sum.add(&self.quadrics[edge[0]][frame], DVec3::ZERO);
-                sum.add(&self.quadrics[edge[1]][frame], across);
-                sum.error(cluster::best(&sum, across))
-            })
-            .sum();
+        let edges: [DVec3; F] = std::array::from_fn(|frame| (b[frame] - a[frame]).as_dvec3());
+        let sums: [Sum; F] = std::array::from_fn(|frame| {
+            let mut sum = Sum::default();
+            sum.add(&self.quadrics[edge[0]][frame], DVec3::ZERO);
+            sum.add(&self.quadrics[edge[1]][frame], edges[frame]);
+            sum
+        });
+        let cost = cluster::error(&sums, &cluster::best(&sums, &edges));
         let seen = |position| settings.look(position, self.unit);
         cost as f32 * settings.weight.of_edge(&seen(a), &seen(b))
     }
@@ -207,14 +206,16 @@ impl<const F: usize> Surface<F> {
         let is_left: Vec<bool> =
             self.triangles.iter().map(|&[a, b, c]| a != b && b != c && c != a).collect();
         self.retain_triangles(|triangle| is_left[triangle]);
+        let mut is_needed = vec![false; self.positions.len()];
+        self.triangles.as_flattened().iter().for_each(|&point| is_needed[point as usize] = true);
         if let (Some(wedges), Some(wedge_forward)) = (&mut self.wedges, all_wedges) {
-            wedges.compact(&forward, wedge_forward);
+            wedges.compact(&is_needed, wedge_forward);
         }
 
-        // Points that are still themselves move up.
+        // Points that are still themselves, and needed, move up.
         let mut new = 0;
         for (point, forward) in forward.iter_mut().enumerate() {
-            if *forward == point as u32 {
+            if *forward == point as u32 && is_needed[point] {
                 *forward = new;
                 self.positions[new as usize] = self.positions[point];
                 self.quadrics[new as usize] = self.quadrics[point];

@@ -72,7 +72,7 @@ impl<const F: usize> Surface<F> {
         attributes: Attributes,
     ) -> Result<Self, SimplifyError> {
         let unit = unit(mesh);
-        let mut scale = Scale::new(mesh, diagonal(mesh) / unit);
+        let mut scale = Scale::new(mesh, mesh.diagonal() / unit);
         let mut surface = Self::with_scale(mesh, groups, unit, scale);
         if let Some(wedges) = &surface.wedges
             && mesh.normals.is_some()
@@ -115,8 +115,11 @@ impl<const F: usize> Surface<F> {
             (position(vertex).map(|p| p.to_array().map(f32::to_bits)), values, vertex)
         };
 
-        let mut order = morton::order(mesh.positions.len(), 0, |vertex| position(vertex as u32)[0]);
-        let count = order.len();
+        let count = mesh.positions.len();
+        let mut is_needed = vec![false; count];
+        mesh.triangles.as_flattened().iter().for_each(|&v| is_needed[v as usize] = true);
+        let mut order = morton::order(count, 0, |vertex| position(vertex as u32)[0]);
+        order.retain(|&(_, vertex)| is_needed[vertex as usize]);
         let mut points = vec![0; count];
         let (mut vertices, mut positions) = (Vec::with_capacity(count), Vec::with_capacity(count));
         let has_wedges = scale.has_values() || groups.is_some();
@@ -219,6 +222,10 @@ impl<const F: usize> Surface<F> {
         if !duplicates.is_empty() {
             duplicates.sort_unstable();
             self.retain_triangles(|t| duplicates.binary_search(&(t as u32)).is_err());
+            if let Some(wedges) = &mut self.wedges {
+                let all = (0..wedges.values.len() as u32).collect();
+                wedges.compact(&vec![true; self.positions.len()], all);
+            }
             fans = Fans::new(self.positions.len(), &self.triangles);
         }
         (self.kinds, self.quadrics) = points
@@ -373,14 +380,6 @@ impl<const F: usize> Surface<F> {
         }
         (mesh, order.iter().map(|&t| self.faces[t as usize]).collect())
     }
-}
-
-/// The diagonal of the mesh's bounding box.
-fn diagonal(mesh: &Mesh) -> f32 {
-    let bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    let (low, high) =
-        mesh.positions.iter().fold(bounds, |(low, high), &p| (low.min(p), high.max(p)));
-    (high - low).length()
 }
 
 /// A power of two about as large as the largest coordinate.

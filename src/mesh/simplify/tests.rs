@@ -344,6 +344,30 @@ fn both_keyframes_are_simplified_together() {
     assert!(coarse.triangles.len() >= 399);
 }
 
+/// What only goes up and down does not slide: each vertex is the same place of the surface in both keyframes, so that
+/// what lies between them is right, too.
+#[test]
+fn vertices_do_not_slide_from_keyframe_to_keyframe() {
+    let height = |x: f32, y: f32| 0.15 * (5.0 * x + 3.0 * y).sin();
+    let end = grid(60, height);
+    let mesh = Mesh { end_positions: Some(end.positions), ..grid(60, |_, _| 0.0) };
+    for (faces, most) in [(1000, 0.01), (100, 0.04)] {
+        let coarse = to_faces(&mesh, faces);
+        let ends = coarse.end_positions.as_ref().unwrap();
+        let slides = coarse.positions.iter().zip(ends).map(|(a, b)| (*b - *a).truncate().length());
+        let farthest = slides.fold(0.0, f32::max);
+        assert!(farthest < most, "{faces}: {farthest}");
+        let halfway = |positions: &[Vec3], ends: &[Vec3]| -> Vec<Vec3> {
+            positions.iter().zip(ends).map(|(a, b)| a.midpoint(*b)).collect()
+        };
+        let positions = halfway(&coarse.positions, ends);
+        let middle = Mesh { positions, end_positions: None, ..coarse.clone() };
+        let known = grid(60, |x, y| 0.5 * height(x, y));
+        let error = distance(&known, &middle, 20_000).symmetric().rms;
+        assert!(error < 0.6 / faces as f64, "{faces}: {error}");
+    }
+}
+
 #[test]
 fn rubbish_is_refused_in_words() {
     let mesh = octahedron();
@@ -392,6 +416,52 @@ fn zero_area_and_double_faces_and_lonely_vertices_do_no_harm() {
     assert_eq!(edges_of(&coarse, |count| count > 2), 0);
     let one = Mesh { triangles: vec![[0, 1, 12]], ..mesh };
     assert_eq!(to_faces(&one, 1).positions.len(), 3);
+    // Many more points than a cluster has, and nothing to be done.
+    let mut lonely = octahedron();
+    lonely.positions.extend((0..20_000).map(|k| Vec3::splat(k as f32)));
+    assert_eq!(to_faces(&lonely, 1).triangles.len(), 4);
+}
+
+/// Vertices without faces, and faces that are there twice, do not make seams.
+#[test]
+fn what_no_face_needs_holds_nothing_fast() {
+    let plain = with_texture(grid(40, |x, y| 0.1 * (4.0 * x).sin() * y), 2.0);
+    let known = to_faces(&plain, 200);
+    let other = |at: &Vec2| Vec2::ONE - *at;
+    let mut doubled = plain.clone();
+    let count = plain.positions.len() as u32;
+    doubled.positions.extend(&plain.positions);
+    let list = doubled.texture_coordinates.as_mut().unwrap();
+    list.extend(plain.texture_coordinates.iter().flatten().map(other));
+    let lonely = to_faces(&doubled, 200);
+    assert_eq!(lonely, known);
+    doubled.triangles.extend(plain.triangles.iter().map(|t| t.map(|vertex| vertex + count)));
+    assert!(to_faces(&doubled, 200).triangles.len() <= 200);
+}
+
+/// A shell of its own does not vanish, whether it is closed or not.
+#[test]
+fn open_shells_stay() {
+    let mut mesh = octahedron();
+    for k in 0..300 {
+        let first = mesh.positions.len() as u32;
+        let at = Vec3::new(k as f32, 10.0, 0.0);
+        mesh.positions.extend([at, at + 0.1 * Vec3::X, at + 0.1 * Vec3::Y]);
+        mesh.triangles.push([first, first + 1, first + 2]);
+    }
+    assert_eq!(to_faces(&mesh, 1).triangles.len(), 304);
+}
+
+#[test]
+fn no_vertex_goes_farther_than_meshes_reach() {
+    let scale = 0.99 * crate::mesh::MAX_COORDINATE;
+    for times in 2..4 {
+        let mut mesh = sphere(times);
+        mesh.positions.iter_mut().for_each(|p| *p *= scale);
+        for faces in [20, 60, 100] {
+            assert_eq!(to_faces(&mesh, faces).check("mesh"), Ok(()));
+        }
+    }
 }
 
 /// Triangles thrown together at random, with doubles and needles among them.
@@ -434,7 +504,7 @@ fn any_soup_of_triangles_is_survived() {
 
 #[test]
 fn a_fan_of_many_triangles_takes_no_time() {
-    let n = 50_000u32;
+    let n = 200_000u32;
     let rim = |i: u32| Vec2::from_angle(i as f32 / n as f32 * std::f32::consts::TAU).extend(0.0);
     let fan = Mesh {
         positions: std::iter::once(Vec3::Z).chain((0..n).map(rim)).collect(),

@@ -94,19 +94,19 @@ impl Wedges {
         forward
     }
 
-    /// Leaves out the wedges that have gone elsewhere, as `forward` says, or whose points have, as `points` says.
-    pub fn compact(&mut self, points: &[u32], mut forward: Vec<u32>) {
+    /// Leaves out the wedges that have gone elsewhere, as `forward` says, and those that no triangle needs; points
+    /// that are not needed have none.
+    pub fn compact(&mut self, is_point_needed: &[bool], mut forward: Vec<u32>) {
+        let mut is_needed = vec![false; forward.len()];
         for wedge in self.corners.as_flattened_mut() {
             *wedge = forward[*wedge as usize];
+            is_needed[*wedge as usize] = true;
         }
         let (mut starts, mut new) = (vec![], 0);
-        for (point, &kept) in points.iter().enumerate() {
-            if kept != point as u32 {
-                continue;
-            }
+        for point in (0..is_point_needed.len()).filter(|&point| is_point_needed[point]) {
             starts.push(new);
             for wedge in self.of_points(point..point + 1) {
-                if forward[wedge] == wedge as u32 {
+                if is_needed[wedge] {
                     forward[wedge] = new;
                     self.values[new as usize] = self.values[wedge];
                     self.vertices[new as usize] = self.vertices[wedge];

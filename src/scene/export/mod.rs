@@ -83,7 +83,8 @@ impl Format {
             "stl" => Self::Stl,
             _ => {
                 let allowed = "models are written as .ply, .obj, .gltf, .glb and .stl files";
-                return Err(ExportError::value(path, "ending", ending, allowed));
+                let found = if ending.is_empty() { "none".into() } else { ending };
+                return Err(ExportError::value(path, "ending", found, allowed));
             }
         })
     }

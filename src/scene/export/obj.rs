@@ -15,14 +15,23 @@ pub(super) fn write(model: &Model, path: &Path) -> Result<Vec<String>, ExportErr
     let pictures = Pictures::of(model, Some(folder_of(path)), &[Png, Jpeg, Hdr, OpenExr]);
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let mut files = vec![];
-    for (picture, number) in pictures.all.iter().zip(1..) {
+    let mut number = 0;
+    for picture in &pictures.all {
         files.push(match picture {
             Picture::Named(name) => name.clone(),
-            Picture::Bytes(bytes, format) => {
+            // Other files stay as they are; the same picture is there already.
+            Picture::Bytes(bytes, format) => loop {
+                number += 1;
                 let name = format!("{stem}-{number}.{}", ending(*format));
-                write_file(&path.with_file_name(&name), |out| out.write_all(bytes))?;
-                name
-            }
+                let file = path.with_file_name(&name);
+                if file.symlink_metadata().is_err() {
+                    write_file(&file, |out| out.write_all(bytes))?;
+                    break name;
+                }
+                if std::fs::read(&file).is_ok_and(|found| found[..] == bytes[..]) {
+                    break name;
+                }
+            },
         });
     }
     let names = material_names(told_materials(model));
@@ -94,14 +103,16 @@ fn material_names<'a>(
     materials: impl Iterator<Item = (usize, &'a Material)>,
 ) -> BTreeMap<usize, String> {
     let mut used = BTreeSet::new();
+    // The last number behind each name.
+    let mut numbers: BTreeMap<String, u32> = BTreeMap::new();
     materials
         .map(|(place, material)| {
             let plain = material.name.replace(char::is_control, " ");
             let plain = if plain.trim().is_empty() { "material" } else { plain.trim() };
             let mut name = plain.to_string();
-            let mut number = 1;
             while !used.insert(name.clone()) {
-                number += 1;
+                let number = numbers.entry(plain.to_string()).or_insert(1);
+                *number += 1;
                 name = format!("{plain}-{number}");
             }
             (place, name)

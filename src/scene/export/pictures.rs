@@ -57,17 +57,17 @@ fn picture(
     folder: Option<&Path>,
     formats: &[ImageFormat],
 ) -> Result<Picture, String> {
-    let bytes = match texture {
-        Texture::Embedded { bytes, .. } => bytes.clone(),
+    let (bytes, name): (Arc<[u8]>, _) = match texture {
+        Texture::Embedded { bytes, .. } => (bytes.clone(), None),
         Texture::File(path) => {
-            if let Some(name) = folder.and_then(|folder| name_from(folder, path)) {
-                return Ok(Picture::Named(name));
-            }
-            read(path).map_err(|error| error.to_string())?.into()
+            let bytes = read(path).map_err(|error| error.to_string())?;
+            (bytes.into(), folder.and_then(|folder| name_from(folder, path)))
         }
     };
     match image::guess_format(&bytes) {
-        Ok(format) if formats.contains(&format) => Ok(Picture::Bytes(bytes, format)),
+        Ok(format) if formats.contains(&format) => {
+            Ok(name.map_or(Picture::Bytes(bytes, format), Picture::Named))
+        }
         _ => {
             let names: Vec<&str> = formats.iter().map(|format| ending(*format)).collect();
             Err(format!("{}: one of the formats {} is needed", texture.name(), names.join(", ")))

@@ -204,7 +204,7 @@ fn errors_name_the_file_and_leave_nothing() {
     let none: &dyn Fn(&mut Model) = &|_| {};
     for (found, expected) in [
         (write("a.off", none), "a.off: ending: off: models are written as .ply, .obj, .gltf, .glb"),
-        (write("a", none), "a: ending: : models are written"),
+        (write("a", none), "a: ending: none: models are written"),
         (write("no/a.ply", none), "no: an existing folder is needed"),
         (write("a.ply", &|m| m.mesh.triangles.clear()), "a.ply: triangles: 0: 1 to"),
         (

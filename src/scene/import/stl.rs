@@ -17,9 +17,11 @@ const TRIANGLE_BYTES: usize = 50;
 /// # Errors
 /// The bytes are no STL file, end too soon, or describe no mesh that can be used.
 pub fn parse(file: &str, bytes: &[u8]) -> Result<Model, ImportError> {
-    // Binary files, too, may begin with `solid`; their length tells.
-    let is_text = bytes.trim_ascii_start().starts_with(b"solid")
-        && binary_end(bytes) != Some(bytes.len() as u64);
+    // Binary files, too, may begin with `solid`; but letters where they have their number of triangles would be a
+    // number too large for any file.
+    let start = bytes.trim_ascii_start();
+    let is_text = start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))
+        && binary_end(bytes).is_none_or(|end| end > bytes.len() as u64);
     let corners = if is_text { text(file, bytes) } else { binary(file, bytes) }?;
     let (positions, vertices) = weld(&corners);
     let triangles = vertices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();

@@ -48,6 +48,8 @@ struct Layout {
     has_normal: bool,
     /// Texture coordinates, two numbers.
     has_texture: bool,
+    /// The normals are those of the input's faces, so that no other level has any.
+    is_flat: bool,
 }
 
 /// A split of one vertex, or of two at a seam; the last of all may split many.
@@ -105,6 +107,7 @@ impl Layout {
             has_end: mesh.end_positions.is_some(),
             has_normal: mesh.normals.is_some(),
             has_texture: mesh.texture_coordinates.is_some(),
+            is_flat: false,
         }
     }
 
@@ -169,7 +172,9 @@ fn recorded<const F: usize>(
     let mut surface = Surface::<F>::new(mesh, groups, options.attributes)?;
     let mut recorder = Recorder::new(mesh, &surface);
     if let Some(limit) = options.limit {
-        for &speed in if speeds.is_empty() { &[1.0] } else { speeds } {
+        // A slower one, too, for `redirect` to begin with.
+        for &speed in if speeds.is_empty() { &[1.0 / redirect::SPARE as f32, 1.0] } else { speeds }
+        {
             let mut limit = limit;
             limit.slope *= speed;
             let settings = options.settings(surface.unit, Some(limit));
@@ -283,7 +288,8 @@ impl ProgressiveMesh {
     }
 
     /// The mesh as it is now and, for each of its faces, which face of the input it is. At the finest level
-    /// this is the input; at others without the vertices that no face needs.
+    /// this is the input; at others without the vertices that no face needs, and without normals if those were the
+    /// faces' own.
     pub fn mesh(&self) -> (Mesh, Vec<u32>) {
         let triangles = &self.triangles[..self.face_count()];
         let mut faces: Vec<u32> = (0..triangles.len() as u32).collect();
@@ -312,6 +318,7 @@ impl ProgressiveMesh {
             end_positions: column(self.layout.has_end, 3)
                 .map(|rows| rows.map(Vec3::from_slice).collect()),
             normals: column(self.layout.has_normal, 3)
+                .filter(|_| !self.layout.is_flat || self.is_input())
                 .map(|rows| rows.map(Vec3::from_slice).collect()),
             texture_coordinates: column(self.layout.has_texture, 2)
                 .map(|rows| rows.map(Vec2::from_slice).collect()),

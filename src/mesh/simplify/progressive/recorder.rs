@@ -46,7 +46,8 @@ pub struct Recorder {
 impl Recorder {
     /// Begins with `mesh`, of which `surface` was made: what that left out is the first step.
     pub fn new<const F: usize>(mesh: &Mesh, surface: &Surface<F>) -> Self {
-        let layout = Layout::of(mesh);
+        let has_smooth = surface.wedges.as_ref().is_some_and(|wedges| wedges.scale.has_normals());
+        let layout = Layout { is_flat: mesh.normals.is_some() && !has_smooth, ..Layout::of(mesh) };
         let mut values = Vec::with_capacity(layout.stride() * mesh.positions.len());
         for (vertex, &position) in mesh.positions.iter().enumerate() {
             let end = mesh.end_positions.as_ref().map_or(position, |end| end[vertex]);
@@ -77,23 +78,39 @@ impl Recorder {
         surface.faces.iter().for_each(|&face| is_left[face as usize] = true);
         let faces = 0..self.triangles.len() as u32;
         self.faces.extend(faces.filter(|&face| !is_left[face as usize]));
-        // From which vertex to which a corner goes.
+        // To which vertex and from which a corner goes.
         let mut moves: Vec<(u32, u32, u32)> = vec![];
         for (triangle, &face) in surface.faces.iter().enumerate() {
             for corner in 0..3 {
                 let from = self.triangles[face as usize][corner];
                 let to = surface.vertex(triangle, corner);
                 if from != to {
-                    moves.push((from, to, 3 * face + corner as u32));
+                    moves.push((to, from, 3 * face + corner as u32));
                 }
             }
         }
         moves.sort_unstable();
         for alike in moves.chunk_by(|a, b| a.0 == b.0) {
-            let (removed, kept, _) = alike[0];
-            let same = self.row(kept).to_vec();
-            alike.iter().for_each(|&(.., corner)| self.move_corner(corner, kept));
-            self.merge(removed, kept, &same);
+            let corners =
+                |own: &[(u32, u32, u32)]| own.iter().map(|&(.., corner)| corner).collect();
+            let others = alike.chunk_by(|a, b| a.1 == b.1).map(|own| (own[0].1, corners(own)));
+            let mut left: Vec<(u32, Vec<u32>)> =
+                [(alike[0].0, vec![])].into_iter().chain(others).collect();
+            // Two and two, then the halves: to write a split down takes time with the corners at its vertex.
+            while left.len() > 1 {
+                let mut halved = vec![];
+                let mut all = left.into_iter();
+                while let Some((kept, mut own)) = all.next() {
+                    if let Some((removed, corners)) = all.next() {
+                        corners.iter().for_each(|&corner| self.move_corner(corner, kept));
+                        let same = self.row(kept).to_vec();
+                        self.merge(removed, kept, &same);
+                        own.extend(corners);
+                    }
+                    halved.push((kept, own));
+                }
+                left = halved;
+            }
         }
         if !self.faces.is_empty() || !self.merges.is_empty() {
             self.step(0.0);

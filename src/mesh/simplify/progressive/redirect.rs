@@ -14,7 +14,7 @@ pub struct Directed {
 }
 
 /// How many times the faces that are asked for are taken from a record of another direction.
-const SPARE: usize = 4;
+pub(super) const SPARE: usize = 4;
 
 /// Simplifies for a motion in another `direction`, from the record whose direction is nearest: its mesh with
 /// four times the faces that `options` ask for takes the place of the input, so that time goes with the

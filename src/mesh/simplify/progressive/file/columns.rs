@@ -196,7 +196,7 @@ pub fn checksum(bytes: &[u8]) -> u32 {
 
 /// A block of columns.
 pub fn block(columns: &[Column; COUNT]) -> io::Result<Vec<u8>> {
-    let length: usize = columns.iter().map(Column::len).sum();
+    let whole: usize = columns.iter().map(Column::len).sum();
     let mut bytes = vec![];
     for level in [Compression::best(), Compression::none()] {
         bytes = vec![0; 8 * COUNT];
@@ -205,16 +205,22 @@ pub fn block(columns: &[Column; COUNT]) -> io::Result<Vec<u8>> {
             let mut encoder = DeflateEncoder::new(&mut bytes, level);
             encoder.write_all(&column.bytes)?;
             encoder.finish()?;
-            let lengths = [column.len(), bytes.len() - start].map(|length| length as u32);
+            let lengths = [length(column.len())?, length(bytes.len() - start)?];
             bytes[8 * number..8 * number + 8]
                 .copy_from_slice(bytemuck::bytes_of(&lengths.map(u32::to_le)));
         }
-        if length <= MOST_RATIO * bytes.len() {
+        if whole <= MOST_RATIO * bytes.len() {
             break;
         }
     }
-    let head = [bytes.len() as u32, checksum(&bytes)].map(u32::to_le_bytes);
+    let head = [length(bytes.len())?, checksum(&bytes)].map(u32::to_le_bytes);
     Ok([head.as_flattened(), &bytes].concat())
+}
+
+/// A length as files have it.
+fn length(bytes: usize) -> io::Result<u32> {
+    u32::try_from(bytes)
+        .map_err(|_| io::Error::other(format!("a split of {bytes} bytes is too large for a file")))
 }
 
 /// The columns in what follows the head of a block.

@@ -15,7 +15,8 @@ const MAX_SPEEDS: u32 = 1 << 16;
 impl ProgressiveMesh {
     /// The header of a file.
     pub(super) fn header(&self) -> Vec<u8> {
-        let layout = [self.layout.has_end, self.layout.has_normal, self.layout.has_texture];
+        let Layout { has_end, has_normal, has_texture, is_flat } = self.layout;
+        let layout = [has_end, has_normal, has_texture, is_flat];
         let layout = layout.into_iter().rev().fold(0, |bits, has| 2 * bits + u32::from(has));
         let counts = [self.splits.len(), self.speeds.len()].map(|count| count as u32);
         let [vertices, faces] = self.input;
@@ -49,7 +50,7 @@ pub fn read(file: &str, from: &mut impl Read) -> Result<(ProgressiveMesh, u32, u
     let base_error = f32::from_bits(error_bits);
     let most = MAX_ELEMENTS as u32;
     for (field, value, range) in [
-        ("layout", layout, 0..=7),
+        ("layout", layout, 0..=15),
         ("vertices", vertices, 1..=most),
         ("faces", faces, 1..=most),
         ("vertices of the coarsest mesh", base_vertices, 1..=vertices),
@@ -79,9 +80,9 @@ pub fn read(file: &str, from: &mut impl Read) -> Result<(ProgressiveMesh, u32, u
     }
     let [sum] = numbers(&next_bytes::<4>(file, "header", from)?);
     check_sum(&bytes, sum).map_err(|wrong| error(file, "header: CRC-32", wrong))?;
-    let [has_end, has_normal, has_texture] = [1, 2, 4].map(|bit| layout & bit != 0);
+    let [has_end, has_normal, has_texture, is_flat] = [1, 2, 4, 8].map(|bit| layout & bit != 0);
     let mesh = ProgressiveMesh {
-        layout: Layout { has_end, has_normal, has_texture },
+        layout: Layout { has_end, has_normal, has_texture, is_flat },
         input: [vertices, faces],
         base_faces,
         base_error,

@@ -9,6 +9,10 @@ use crate::mesh::simplify::progressive::{ProgressiveMesh, Split, VertexSplit};
 use rayon::prelude::*;
 use std::io::{ErrorKind, Read};
 
+/// Corners that splits move, at most, for each vertex and face of the input. Records have some six, and the logarithm
+/// of the number at a vertex where there are many.
+const CORNERS_PER_ELEMENT: usize = 64;
+
 /// A progressive mesh of which more is read when a finer level is asked for.
 ///
 /// ```
@@ -212,8 +216,10 @@ impl<R: Read> Reader<R> {
                 new_row.push(get_value(&mut columns[columns::NEW_VALUES], expected, most)?);
             }
             let start = mesh.corners.len();
-            if start + goes.len() > u32::MAX as usize {
-                return Err(Wrong::new("corners", start, "fewer than 4294967296 are allowed"));
+            let most = CORNERS_PER_ELEMENT * (vertices as usize + faces as usize);
+            if start + goes.len() > most.min(u32::MAX as usize) {
+                let allowed = format!("up to {most} are allowed for so many vertices and faces");
+                return Err(Wrong::new("corners", start + goes.len(), allowed));
             }
             let fan = front.fan(old).iter().zip(&goes);
             mesh.corners.extend(fan.filter(|(_, goes)| **goes).map(|(corner, _)| corner));

@@ -120,7 +120,7 @@ fn errors_name_the_place() {
             "header: plyPM\\r\\n\\x1a: such a file begins with \\x89SLPM\\r\\n\\x1a",
         ),
         (message(8, &[2]), "version: 2: 1 is known"),
-        (message(12, &[9]), "layout: 9: 0 to 7 are allowed"),
+        (message(12, &[16]), "layout: 16: 0 to 15 are allowed"),
         (message(16, &[255; 4]), "vertices: 4294967295: 1 to 67108864 are allowed"),
         (message(24, &[0; 4]), "vertices of the coarsest mesh: 0: 1 to 218 are allowed"),
         (message(32, &[0, 0, 192, 127]), "error: NaN: finite numbers from 0 are allowed"),
