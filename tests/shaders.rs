@@ -2,9 +2,11 @@
 //! the same places.
 
 use shutterlab::mesh::upload::MeshRange;
-use shutterlab::pipelines::distribution_ray_tracing::FrameParams;
-use shutterlab::pipelines::distribution_ray_tracing::compute::{EnvironmentParams, Variant};
+use shutterlab::pipelines::distribution_ray_tracing::compute::PARTS;
+use shutterlab::pipelines::frame::FrameParams;
 use shutterlab::pipelines::mesh_probe;
+use shutterlab::pipelines::resources::EnvironmentParams;
+use shutterlab::pipelines::variant::Variant;
 use shutterlab::scene::camera::Camera;
 use shutterlab::scene::light::Light;
 use shutterlab::scene::object::Object;
@@ -37,6 +39,7 @@ fn layouts_in_rust() -> Vec<(&'static str, Layout)> {
             shutter_kind,
             shutter_width,
             shutter_reach,
+            is_local,
         }),
         layout!(Camera {
             position,
@@ -107,6 +110,7 @@ fn variants() -> [Variant; 3] {
         camera_moves: true,
         coats: true,
         meshes_move: true,
+        is_local: false,
     };
     let few = Variant {
         counts: [1, 0, 0],
@@ -120,7 +124,8 @@ fn variants() -> [Variant; 3] {
         meshes_move: false,
         ..many.clone()
     };
-    let moving = Variant { counts: [1, 1, 1], kinds: vec![3, 1, 4], ..many.clone() };
+    let moving =
+        Variant { counts: [1, 1, 1], kinds: vec![3, 1, 4], is_local: true, ..many.clone() };
     [many, few, moving]
 }
 
@@ -150,7 +155,7 @@ fn layout_in_wgsl(module: &naga::Module, name: &str) -> Layout {
 fn structs_are_laid_out_alike() {
     module(&mesh_probe::wgsl(true, false));
     for variant in variants() {
-        let module = module(&variant.wgsl());
+        let module = module(&variant.wgsl(&PARTS));
         for (name, (size, fields)) in layouts_in_rust() {
             let wgsl_name = if name == "EnvironmentParams" { "Environment" } else { name };
             let (wgsl_size, wgsl_fields) = layout_in_wgsl(&module, wgsl_name);

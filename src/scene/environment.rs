@@ -122,6 +122,14 @@ impl Environment {
         }
     }
 
+    /// The radiance from everywhere, if it is the same.
+    pub fn uniform(&self) -> Option<Vec3> {
+        let (first, others) = self.texels.split_first()?;
+        // Maps that are not small do not repeat one texel.
+        let is_one = others.len() < 8 && others.iter().all(|texel| texel == first);
+        is_one.then(|| unpack(*first, self.exponent_base))
+    }
+
     /// Draws a direction by two random words.
     pub fn sample(&self, words: [u32; 2]) -> LightSample {
         let part = self.parts[(words[0] >> (32 - PART_BITS)) as usize];

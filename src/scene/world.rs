@@ -272,7 +272,7 @@ impl Instant<'_> {
     }
 
     /// Where a ray meets `object` nearer than `far`; `on` says that it begins on it.
-    fn meet(
+    pub fn meet(
         &self,
         object: usize,
         origin: Vec3,

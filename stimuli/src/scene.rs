@@ -27,6 +27,9 @@ pub struct Scene {
     pub schema: u32,
     /// Name of the scene.
     pub name: String,
+    /// How light gets about.
+    #[serde(default, skip_serializing_if = "Illumination::is_global")]
+    pub illumination: Illumination,
     /// The camera.
     pub camera: Camera,
     /// The light from all around.
@@ -36,6 +39,24 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// What there is to see.
     pub objects: Vec<Object>,
+}
+
+/// How light gets about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Illumination {
+    /// From the environment, the lights and other surfaces, but for what is in the way.
+    #[default]
+    Global,
+    /// From the lights alone, as if nothing were in the way; the environment is seen behind the objects and
+    /// lights none.
+    Local,
+}
+
+impl Illumination {
+    fn is_global(&self) -> bool {
+        *self == Self::Global
+    }
 }
 
 /// The light around the scene.

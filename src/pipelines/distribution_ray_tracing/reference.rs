@@ -1,13 +1,15 @@
 //! The CPU twin: scalar, one path after the other, rows in parallel. It is the specification that
 //! `trace.wgsl` is held to, and the fallback where there is no GPU.
 
-use super::{Frame, Kept, MAX_HITS};
+use super::MAX_HITS;
 use crate::film::Film;
 use crate::pipelines::Pipeline;
+use crate::pipelines::frame::{Frame, Kept, tent};
 use crate::sampling::random::{StreamKey, unit};
 use crate::sampling::sampler;
 use crate::scene::environment::{Environment, luminance};
 use crate::scene::world::{Instant, World};
+use crate::shading::direct::from_lights;
 use crate::shading::surface::Surface;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -87,17 +89,17 @@ fn path_radiance(
     let [in_x, in_y, instant, _] = start.map(unit);
     let shutter = params.shutter().instant(instant);
     let instant = Instant { world, objects: &frame.objects, shutter };
-    let (mut origin, mut direction) = params.camera.ray(
-        x as f32 + in_x - 0.5 * params.width as f32,
-        y as f32 + in_y - 0.5 * params.height as f32,
-        shutter,
-    );
+    let (mut origin, mut direction) = params.ray([x, y], [in_x, in_y], shutter);
 
     let mut radiance = Vec3::ZERO;
     let mut throughput = Vec3::ONE;
     // Density of the direction by the surface; the camera's own ray has none.
     let mut density = None;
     let mut met = instant.nearest(origin, direction, None);
+    let tent = tent(start[3]);
+    if params.is_local != 0 {
+        return frame.local_radiance(&instant, environment, met, (origin, direction), tent);
+    }
     for hit in 0..MAX_HITS {
         let Some(at) = met else { break };
         let surface = Surface::new(&instant, &frame.materials, &at, origin, direction);
@@ -105,20 +107,14 @@ fn path_radiance(
         let (bsdf, to_viewer) = (&frame.bsdfs[at.object], -direction);
         origin = surface.point;
 
-        let lit = |to_light: Vec3, distance: f32| {
+        let is_lit = |to_light: Vec3, distance: f32| {
             face_normal.dot(to_light) > 0.0 && !instant.any(origin, to_light, distance, from)
         };
-        for light in &world.lights {
-            let arrival = light.at(origin);
-            let (value, _) = bsdf.evaluate(albedo, normal, to_viewer, arrival.direction);
-            if value != Vec3::ZERO && lit(arrival.direction, arrival.distance) {
-                radiance += throughput * value * arrival.irradiance;
-            }
-        }
+        radiance += throughput * from_lights(&world.lights, bsdf, &surface, to_viewer, is_lit);
         let [a, b, c, d] = words;
         let light = environment.sample([a, b]);
         let (value, by_surface) = bsdf.evaluate(albedo, normal, to_viewer, light.direction);
-        if value != Vec3::ZERO && lit(light.direction, f32::INFINITY) {
+        if value != Vec3::ZERO && is_lit(light.direction, f32::INFINITY) {
             radiance += throughput * light.radiance * value * (1.0 / (light.density + by_surface));
         }
 
@@ -138,10 +134,7 @@ fn path_radiance(
         return radiance;
     }
     match density {
-        None => {
-            let tent = [start[3] >> 16, start[3] & 0xffff].map(|half| half as f32 / 65536.0 - 0.5);
-            environment.evaluate(direction, tent).0
-        }
+        None => environment.evaluate(direction, tent).0,
         Some(density) => {
             let (light, light_density) = environment.evaluate(direction, [0.0; 2]);
             // A direction along the surface may meet black: nothing over nothing.

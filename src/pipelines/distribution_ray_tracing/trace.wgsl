@@ -1,20 +1,6 @@
 // Distribution ray tracing: twin of reference.rs, line by line. Before it come constants that the host
 // fixes (see `Variant` in compute.rs).
 
-struct FrameParams {
-    camera: Camera,
-    width: u32,
-    height: u32,
-    first_sample: u32,
-    sample_count: u32,
-    key: vec2u,
-    strata: u32,
-    sampler: u32,
-    shutter_kind: u32,
-    shutter_width: f32,
-    shutter_reach: f32,
-}
-
 const MAX_HITS: u32 = 5u;
 
 @group(0) @binding(0) var<uniform> frame_params: FrameParams;
@@ -88,6 +74,10 @@ fn path_radiance(x: u32, y: u32, pixel: u32, sample: u32) -> vec3f {
     // The camera's own ray has no light sample to share with.
     var density = -1.0;
     var met = nearest(origin, direction, NOTHING);
+    let tent = vec2f(vec2u(start.w >> 16u, start.w & 0xffffu)) / 65536.0 - 0.5;
+    if IS_LOCAL {
+        return local_radiance(met, origin, direction, tent);
+    }
     var hit = 0u;
     var words = first.hit;
     // The loop ends at its bottom: where the software adapter would meet the end of the last lane at the
@@ -98,13 +88,7 @@ fn path_radiance(x: u32, y: u32, pixel: u32, sample: u32) -> vec3f {
             let to_viewer = -direction;
             origin = surface.point;
 
-            for (var i = 0u; i < LIGHTS; i++) {
-                let arrival = light_at(lights[i], origin);
-                let value = reflected(surface, to_viewer, arrival.direction).xyz;
-                if any(value != vec3f(0.0)) && is_lit(surface, arrival.direction, arrival.distance) {
-                    radiance += throughput * value * arrival.irradiance;
-                }
-            }
+            radiance += throughput * from_lights(surface, to_viewer);
             let light = environment_sample(words.xy);
             let value = reflected(surface, to_viewer, light.direction);
             if any(value.xyz != vec3f(0.0)) && is_lit(surface, light.direction, FAR) {
@@ -129,22 +113,12 @@ fn path_radiance(x: u32, y: u32, pixel: u32, sample: u32) -> vec3f {
     }
     if met.object == NOTHING {
         let is_camera_ray = density < 0.0;
-        let tent = vec2f(vec2u(start.w >> 16u, start.w & 0xffffu)) / 65536.0 - 0.5;
         let light = environment_evaluate(direction, select(vec2f(0.0), tent, is_camera_ray));
         // A direction along the surface may meet black: nothing over nothing.
         let shared_weight = density / max(density + light.w, 1e-30);
         radiance += throughput * light.xyz * select(shared_weight, 1.0, is_camera_ray);
     }
     return radiance;
-}
-
-// As bsdf_evaluate.
-fn reflected(surface: Surface, to_viewer: vec3f, to_light: vec3f) -> vec4f {
-    if COATS {
-        return bsdf_evaluate(surface.bsdf, surface.albedo, surface.normal, to_viewer, to_light);
-    }
-    let density = max(dot(surface.normal, to_light), 0.0) / PI;
-    return vec4f(surface.albedo * density, density);
 }
 
 // As bsdf_sample.
@@ -154,9 +128,4 @@ fn scattered(surface: Surface, to_viewer: vec3f, words: vec2u) -> Scattered {
     }
     let direction = cosine_hemisphere(surface.normal, vec2f(unit(words.x), unit(words.y)));
     return Scattered(direction, max(dot(surface.normal, direction), 0.0) / PI, surface.albedo);
-}
-
-fn is_lit(surface: Surface, to_light: vec3f, distance: f32) -> bool {
-    return dot(surface.face_normal, to_light) > 0.0
-        && !is_met(surface.point, to_light, distance, surface.start);
 }

@@ -3,8 +3,9 @@
 
 mod scenes;
 
-use super::{Frame, reference};
+use super::reference;
 use crate::film::{Film, measure};
+use crate::pipelines::frame::Frame;
 use crate::scene::environment::{
     Environment, SUN_DIRECTION, SUN_RADIANCE, SUN_SHARPNESS, luminance,
 };
@@ -88,7 +89,8 @@ fn devices() -> Vec<NamedDevice> {
     #[cfg(feature = "gpu")]
     match crate::gpu::device::Gpu::open() {
         Ok(gpu) => {
-            use super::compute::{EnvironmentBuffers, Tracer, WorldBuffers};
+            use super::compute::Tracer;
+            use crate::pipelines::resources::{EnvironmentBuffers, WorldBuffers};
             let mut tracer = Tracer::default();
             devices.push((
                 "gpu",

@@ -1,0 +1,191 @@
+//! A frame of a stimulus as all pipelines read it, and what frames have in common.
+
+use crate::sampling::random::StreamKey;
+use crate::scene::camera::Camera;
+use crate::scene::environment::Environment;
+use crate::scene::import::ImportError;
+use crate::scene::object::Object;
+use crate::scene::shutter::Shutter;
+use crate::scene::world::{Instant, Met, World};
+use crate::shading::bsdf::Bsdf;
+use crate::shading::direct::from_lights;
+use crate::shading::material::Material;
+use crate::shading::surface::Surface;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use shutterlab_stimuli::scene::Illumination;
+use shutterlab_stimuli::stimulus::{Sampler, View};
+use shutterlab_stimuli::{Stimulus, scene};
+use std::path::Path;
+
+/// What frames of stimuli have in common: made anew only where they have not.
+#[derive(Debug)]
+pub struct Kept<E, W> {
+    environment: Option<(scene::Environment, E)>,
+    world: Option<(scene::Scene, scene::Material, W)>,
+}
+
+impl<E, W> Default for Kept<E, W> {
+    fn default() -> Self {
+        Self { environment: None, world: None }
+    }
+}
+
+impl<E, W> Kept<E, W> {
+    /// The environment and the world of `stimulus`, with what a device makes of them; files are taken from
+    /// `assets`.
+    pub fn of<F: From<ImportError>>(
+        &mut self,
+        stimulus: &Stimulus,
+        assets: &Path,
+        environment: impl FnOnce(Environment) -> Result<E, F>,
+        world: impl FnOnce(World) -> Result<W, F>,
+    ) -> Result<(&E, &W), F> {
+        let (scene, material) = (&stimulus.scene, &stimulus.material);
+        let kept = match self.environment.take() {
+            Some(kept) if kept.0 == scene.environment => kept,
+            _ => {
+                let loaded = Environment::load(&scene.environment, assets)?;
+                (scene.environment.clone(), environment(loaded)?)
+            }
+        };
+        let kept_world = match self.world.take() {
+            Some(kept) if kept.0 == *scene && kept.1 == *material => kept,
+            _ => {
+                let loaded = World::load(stimulus, assets)?;
+                (scene.clone(), material.clone(), world(loaded)?)
+            }
+        };
+        Ok((&self.environment.insert(kept).1, &self.world.insert(kept_world).2))
+    }
+}
+
+/// One frame as both devices read it. `frame.wgsl` declares the same struct; a test compares them.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct FrameParams {
+    /// The camera.
+    pub camera: Camera,
+    /// Pixels per row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Number of the first sample to draw.
+    pub first_sample: u32,
+    /// How many samples to draw.
+    pub sample_count: u32,
+    /// See [`StreamKey`].
+    pub key: [u32; 2],
+    /// How many samples a pixel has in all, for the sampler that needs to know.
+    pub strata: u32,
+    /// The [`Sampler`].
+    pub sampler: u32,
+    /// See [`Shutter::kind`].
+    pub shutter_kind: u32,
+    /// See [`Shutter::width`].
+    pub shutter_width: f32,
+    /// See [`Shutter::reach`].
+    pub shutter_reach: f32,
+    /// 1 if light comes from the lights alone: [`Illumination::Local`].
+    pub is_local: u32,
+}
+
+/// A frame: its parameters, and the objects of its world with their surfaces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// What is alike in all scenes.
+    pub params: FrameParams,
+    /// The objects, in the order of their world.
+    pub objects: Vec<Object>,
+    /// The pattern of each.
+    pub materials: Vec<Material>,
+    /// How each scatters light.
+    pub bsdfs: Vec<Bsdf>,
+}
+
+impl Frame {
+    /// Frame number `frame` of `stimulus`, whose world is `world`, as `view` sees it, with all its samples.
+    pub fn new(stimulus: &Stimulus, world: &World, view: &View, frame: u32) -> Self {
+        let shutter = Shutter::new(stimulus.shutter_profile);
+        let StreamKey(key) = StreamKey::new(
+            stimulus.seed,
+            &stimulus.noise_stream,
+            stimulus.exemplar,
+            view.noise,
+            frame,
+        );
+        let params = FrameParams {
+            camera: Camera::new(view, stimulus.image.width_px),
+            width: stimulus.image.width_px,
+            height: stimulus.image.height_px,
+            first_sample: 0,
+            sample_count: stimulus.samples,
+            key,
+            strata: stimulus.samples,
+            sampler: stimulus.sampler as u32,
+            shutter_kind: shutter.kind,
+            shutter_width: shutter.width,
+            shutter_reach: shutter.reach,
+            is_local: u32::from(stimulus.scene.illumination == Illumination::Local),
+        };
+        let descriptions: Vec<_> = world.descriptions(stimulus).collect();
+        let materials = || descriptions.iter().map(|object| stimulus.material_of(object));
+        Self {
+            params,
+            objects: world.objects(stimulus, frame),
+            materials: materials()
+                .zip(&world.object_pictures)
+                .map(|(material, &picture)| Material::new(material, picture))
+                .collect(),
+            bsdfs: materials().map(|material| Bsdf::new(material.coat())).collect(),
+        }
+    }
+}
+
+impl Frame {
+    /// Radiance of what a ray of the camera meets at an instant of `world`, in the light of the lights alone; of the
+    /// environment where it meets nothing, looked up as far aside as `tent` says.
+    pub fn local_radiance(
+        &self,
+        instant: &Instant,
+        environment: &Environment,
+        met: Option<Met>,
+        (origin, direction): (Vec3, Vec3),
+        tent: [f32; 2],
+    ) -> Vec3 {
+        let Some(met) = met else { return environment.evaluate(direction, tent).0 };
+        let surface = Surface::new(instant, &self.materials, &met, origin, direction);
+        let is_lit = |to_light: Vec3, _| surface.face_normal.dot(to_light) > 0.0;
+        let bsdf = &self.bsdfs[met.object];
+        from_lights(&instant.world.lights, bsdf, &surface, -direction, is_lit)
+    }
+}
+
+impl FrameParams {
+    /// The ray through the point (`in_x`, `in_y`) of pixel (x, y), both from 0 to 1, at an instant.
+    pub fn ray(&self, [x, y]: [u32; 2], [in_x, in_y]: [f32; 2], shutter: f32) -> (Vec3, Vec3) {
+        self.camera.ray(
+            x as f32 + in_x - 0.5 * self.width as f32,
+            y as f32 + in_y - 0.5 * self.height as f32,
+            shutter,
+        )
+    }
+
+    /// The sampler.
+    pub fn sampler(&self) -> Sampler {
+        let all = [Sampler::Random, Sampler::Stratified, Sampler::Sobol];
+        // The number was one of these, and a wrong one is an ordinary sampler all the same.
+        all.into_iter().find(|&s| s as u32 == self.sampler).unwrap_or(Sampler::Random)
+    }
+
+    /// The shutter.
+    pub fn shutter(&self) -> Shutter {
+        Shutter { kind: self.shutter_kind, width: self.shutter_width, reach: self.shutter_reach }
+    }
+}
+
+/// How far aside of a direction the camera looks the environment up, by a random word: as far as a texel, so that
+/// its texels blur into one another.
+pub fn tent(word: u32) -> [f32; 2] {
+    [word >> 16, word & 0xffff].map(|half| half as f32 / 65536.0 - 0.5)
+}
