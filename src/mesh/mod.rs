@@ -92,6 +92,14 @@ impl Mesh {
         }
     }
 
+    /// The vertices at `time`, as [`Mesh::corners`] has them.
+    pub fn vertices_at(&self, time: f32) -> impl Iterator<Item = Vec3> {
+        (0..self.positions.len()).map(move |vertex| match &self.end_positions {
+            None => self.positions[vertex],
+            Some(end) => between(self.positions[vertex], end[vertex], time),
+        })
+    }
+
     /// The corners of the bounding box, as the shutter opens.
     pub fn bounds(&self) -> [Vec3; 2] {
         [Vec3::min, Vec3::max]

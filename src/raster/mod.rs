@@ -7,6 +7,7 @@
 //! the same place for both of its triangles.
 
 pub mod picture;
+pub mod shapes;
 
 use glam::{Affine3A, Mat3, Vec3};
 
@@ -29,6 +30,8 @@ pub struct Raster {
     pub depths: Vec<f32>,
     /// What is seen where the depth is finite.
     pub fragments: Vec<Fragment>,
+    /// How many triangles were drawn.
+    drawn: u32,
     /// The vertices that are being drawn.
     vertices: Vec<Vertex>,
 }
@@ -36,7 +39,7 @@ pub struct Raster {
 /// A point of a triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Fragment {
-    /// The triangle, as the list that was drawn counts them.
+    /// The triangle, counted over all that were drawn since the image was cleared.
     pub triangle: u32,
     /// Weights of the triangle's corners at this point of its plane, which add up to 1.
     pub barycentrics: [f32; 3],
@@ -90,6 +93,7 @@ impl Raster {
             height,
             depths: vec![f32::INFINITY; pixels],
             fragments: vec![Fragment::default(); pixels],
+            drawn: 0,
             vertices: vec![],
         }
     }
@@ -97,6 +101,7 @@ impl Raster {
     /// Forgets what was drawn.
     pub fn clear(&mut self) {
         self.depths.fill(f32::INFINITY);
+        self.drawn = 0;
     }
 
     /// Draws triangles, from whichever side they are seen. `to_image` takes a point to (x·z, y·z, z): x and y in
@@ -120,14 +125,15 @@ impl Raster {
             let is_inside = PLANES.iter().all(|&plane| inside(homogeneous, plane) >= 0.0);
             Vertex { homogeneous, corner: is_inside.then(|| Corner::new(homogeneous)) }
         }));
-        for (triangle, indices) in triangles.iter().enumerate() {
+        for (triangle, indices) in (self.drawn..).zip(triangles) {
             let vertex = |k: usize| vertices.get(indices[k] as usize);
             let (Some(a), Some(b), Some(c)) = (vertex(0), vertex(1), vertex(2)) else { continue };
             match (a.corner, b.corner, c.corner) {
-                (Some(a), Some(b), Some(c)) => self.fill([a, b, c], triangle as u32, None),
-                _ => self.clip([a, b, c].map(|vertex| vertex.homogeneous), triangle as u32),
+                (Some(a), Some(b), Some(c)) => self.fill([a, b, c], triangle, None),
+                _ => self.clip([a, b, c].map(|vertex| vertex.homogeneous), triangle),
             }
         }
+        self.drawn += triangles.len() as u32;
         self.vertices = vertices;
     }
 

@@ -1,0 +1,41 @@
+//! The accumulation buffer (Haeberli and Akeley 1990): whole images at instants of the shutter interval, averaged.
+//!
+//! Method, for N images:
+//! 1. image k shows the instant that the part (k + ½)/N of the light has come through by, at the centres of N equal
+//!    shares, so that the joins between frames weigh no more than any other instant;
+//! 2. all of it is seen through one point of the pixel, which differs from image to image: with the instants these
+//!    points are evenly spread in three dimensions;
+//! 3. triangles are rasterized, and what is seen in each pixel is shaded by the lights alone;
+//! 4. radiance is added up in linear single precision.
+//!
+//! All pixels have their instants in common, so that too few of them show as separate images, never as noise.
+
+pub mod reference;
+
+use super::frame::FrameParams;
+use crate::sampling::random::{StreamKey, unit};
+use crate::sampling::sampler;
+
+/// One of the images.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Image {
+    /// Its instant, as part of the shutter interval from its middle.
+    shutter: f32,
+    /// The point of the pixel that it is seen through, from 0 to 1.
+    in_pixel: [f32; 2],
+    /// Looks the environment up a little aside.
+    word: u32,
+}
+
+/// The images of a frame that is made of `count`.
+fn images(params: &FrameParams, count: u32) -> Vec<Image> {
+    let shutter = params.shutter();
+    let image = |k: u32| {
+        // Of Sobol' the first two dimensions, which with k/N make a set that is even in all three.
+        let [[_, _, x, word], [y, ..]] =
+            sampler::first_blocks(params.sampler(), StreamKey(params.key), count, 0, k);
+        let share = (k as f32 + 0.5) / count as f32;
+        Image { shutter: shutter.instant(share), in_pixel: [x, y].map(unit), word }
+    };
+    (0..count).map(image).collect()
+}

@@ -1,0 +1,129 @@
+//! The CPU twin: a few images at a time are rasterized side by side, then added up row by row.
+
+use super::{Image, images};
+use crate::film::Film;
+use crate::mesh::Mesh;
+use crate::pipelines::Pipeline;
+use crate::pipelines::frame::{Frame, Kept, tent};
+use crate::raster::Raster;
+use crate::raster::shapes::{object_to_image, shapes};
+use crate::scene::environment::{Environment, luminance};
+use crate::scene::world::{Instant, Met, World};
+use glam::{Affine3A, Mat3, Vec3, Vec4};
+use rayon::prelude::*;
+use shutterlab_stimuli::Stimulus;
+use shutterlab_stimuli::generate::RenderError;
+use shutterlab_stimuli::stimulus::View;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+/// Images that are rasterized side by side.
+const BATCH: usize = 8;
+
+/// The pipeline on the processor.
+#[derive(Debug)]
+pub struct OnCpu {
+    assets: PathBuf,
+    kept: Kept<Environment, World>,
+}
+
+impl OnCpu {
+    /// The pipeline with the files in `assets`.
+    pub fn new(assets: &Path) -> Self {
+        Self { assets: assets.into(), kept: Kept::default() }
+    }
+}
+
+impl Pipeline for OnCpu {
+    fn films(
+        &mut self,
+        stimulus: &Stimulus,
+        view: &View,
+        frame: u32,
+        samples: &[u32],
+    ) -> Result<Vec<Film>, RenderError> {
+        let (environment, world) = self.kept.of::<RenderError>(stimulus, &self.assets, Ok, Ok)?;
+        let frame = Frame::new(stimulus, world, view, frame);
+        Ok(samples.iter().map(|&count| film(&frame, world, environment, view, count)).collect())
+    }
+}
+
+/// The film of `count` images of `frame` as `view` sees it.
+pub fn film(
+    frame: &Frame,
+    world: &World,
+    environment: &Environment,
+    view: &View,
+    count: u32,
+) -> Film {
+    let (width, height) = (frame.params.width, frame.params.height);
+    let shapes = shapes(world, &frame.objects);
+    // Where the triangles of each object end in the count of all.
+    let mut ends = vec![];
+    for shape in &shapes {
+        ends.push(ends.last().unwrap_or(&0) + shape.triangles.len() as u32);
+    }
+    let mut rasters = vec![Raster::new(width, height); BATCH.min(count as usize)];
+    let mut sums = vec![Vec4::ZERO; (width * height) as usize];
+    // Behind the objects, where nothing has to be looked up.
+    let behind = environment.uniform();
+    for batch in images(&frame.params, count).chunks(BATCH) {
+        let pairs = rasters.par_iter_mut().zip(batch);
+        pairs.for_each(|(raster, image)| draw(raster, frame, &shapes, view, image));
+        sums.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
+            for (raster, image) in rasters.iter().zip(batch) {
+                let instant = Instant { world, objects: &frame.objects, shutter: image.shutter };
+                for (x, sum) in row.iter_mut().enumerate() {
+                    let pixel = y * width as usize + x;
+                    let radiance = match behind {
+                        Some(radiance) if raster.depths[pixel].is_infinite() => radiance,
+                        _ => {
+                            let place = [x as u32, y as u32];
+                            let ray = frame.params.ray(place, image.in_pixel, image.shutter);
+                            let seen = met(&instant, raster, &ends, pixel, ray);
+                            let tent = tent(image.word);
+                            frame.local_radiance(&instant, environment, seen, ray, tent)
+                        }
+                    };
+                    *sum += radiance.extend(luminance(radiance).powi(2));
+                }
+            }
+        });
+    }
+    Film { width, height, samples: count, sums }
+}
+
+/// Draws what is seen in `image`.
+fn draw(raster: &mut Raster, frame: &Frame, shapes: &[Cow<'_, Mesh>], view: &View, image: &Image) {
+    raster.clear();
+    // The point of the pixel comes to its centre, where the rasterizer looks.
+    let [x, y] = image.in_pixel.map(|at| 0.5 - at);
+    let shift = Affine3A::from_mat3(Mat3::from_cols(Vec3::X, Vec3::Y, Vec3::new(x, y, 1.0)));
+    for (object, shape) in frame.objects.iter().zip(shapes) {
+        let pose = object.at(image.shutter);
+        let to_image = object_to_image(view, frame.params.width, object, &pose, image.shutter);
+        raster.draw(shape.vertices_at(pose.time), &shape.triangles, &(shift * to_image));
+    }
+}
+
+/// What is seen in a pixel by its ray. Spheres and planes are met where they truly are.
+fn met(
+    instant: &Instant,
+    raster: &Raster,
+    ends: &[u32],
+    pixel: usize,
+    (origin, direction): (Vec3, Vec3),
+) -> Option<Met> {
+    let fragment = raster.fragments[pixel];
+    if raster.depths[pixel].is_infinite() {
+        return None;
+    }
+    let object = ends.partition_point(|&end| end <= fragment.triangle);
+    if instant.mesh(object).is_none() {
+        return instant.meet(object, origin, direction, f32::INFINITY, false);
+    }
+    let triangle = fragment.triangle - object.checked_sub(1).map_or(0, |before| ends[before]);
+    // Along the view, not the ray: nothing asks a mesh for it.
+    let distance = raster.depths[pixel];
+    Some(Met { object, distance, triangle, barycentrics: fragment.barycentrics })
+}
