@@ -41,7 +41,12 @@ impl Renderer {
     }
 
     fn device_of(&self, stimulus: &Stimulus) -> &OpenDevice {
-        if stimulus.scene.has_mesh() { &self.for_meshes } else { &self.device }
+        match stimulus.method {
+            // They have no twins on graphics adapters.
+            Method::AccumulationBuffer | Method::StochasticRasterization => &OpenDevice::Cpu,
+            _ if stimulus.scene.has_mesh() => &self.for_meshes,
+            _ => &self.device,
+        }
     }
 }
 

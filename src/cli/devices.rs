@@ -2,6 +2,7 @@
 
 use super::say;
 use crate::pipelines::{DeviceChoice, OpenDevice};
+use shutterlab_stimuli::stimulus::Method;
 
 /// Show what can render on this machine.
 #[derive(Debug, clap::Args)]
@@ -16,6 +17,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         ("gpu", OpenDevice::open(DeviceChoice::Gpu)),
         ("cpu", OpenDevice::open(DeviceChoice::Cpu)),
     ];
+    let methods = Method::ALL.map(|(name, _)| name);
     let rows = opened.map(|(choice, device)| match device {
         Ok(device) => (choice, device.describe(), None),
         Err(error) => (choice, Default::default(), Some(error.to_string())),
@@ -27,7 +29,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
                 "adapter": error.is_none().then_some(device.adapter),
                 "driver": error.is_none().then_some(device.driver),
                 "error": error,
-                "methods": ["distribution-ray-tracing"],
+                "methods": methods,
             })
         });
         return say(&format!("{:#}", serde_json::Value::from(list.to_vec())));
@@ -38,5 +40,5 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             Some(error) => say(&format!("{choice}: {error}"))?,
         }
     }
-    say("methods: distribution-ray-tracing")
+    say(&format!("methods: {}", methods.join(", ")))
 }

@@ -1,14 +1,26 @@
 //! One folder per rendering method: host code, shaders, the CPU twin and tests together.
-//! Pipelines never import one another. Here is what they have in common: the device they run on.
+//! Pipelines never import one another. Here is what they have in common: the device they run on, and how
+//! frames and scenes come to it.
 
+pub mod accumulation_buffer;
 pub mod distribution_ray_tracing;
+pub mod frame;
 #[cfg(feature = "gpu")]
 pub mod mesh_probe;
+#[cfg(feature = "gpu")]
+pub mod resources;
+pub mod stochastic_rasterization;
+#[cfg(test)]
+mod tests;
+#[cfg(feature = "gpu")]
+pub mod variant;
+
+/// WGSL twin of [`frame`].
+pub const FRAME_WGSL: &str = include_str!("frame.wgsl");
 
 use crate::film::Film;
 #[cfg(feature = "gpu")]
 use crate::gpu::device::Gpu;
-use distribution_ray_tracing::reference;
 use shutterlab_stimuli::generate::RenderError;
 use shutterlab_stimuli::stimulus::{Method, View};
 use shutterlab_stimuli::{Device, Stimulus};
@@ -102,7 +114,16 @@ impl OpenDevice {
     /// folder of the sequences.
     pub fn pipeline(&self, method: Method, assets: &Path) -> Box<dyn Pipeline> {
         match (method, self) {
-            (Method::DistributionRayTracing, Self::Cpu) => Box::new(reference::OnCpu::new(assets)),
+            (Method::DistributionRayTracing, Self::Cpu) => {
+                Box::new(distribution_ray_tracing::reference::OnCpu::new(assets))
+            }
+            // These two have no twins on graphics adapters.
+            (Method::AccumulationBuffer, _) => {
+                Box::new(accumulation_buffer::reference::OnCpu::new(assets))
+            }
+            (Method::StochasticRasterization, _) => {
+                Box::new(stochastic_rasterization::reference::OnCpu::new(assets))
+            }
             #[cfg(feature = "gpu")]
             (Method::DistributionRayTracing, Self::Gpu(gpu)) => {
                 Box::new(distribution_ray_tracing::compute::OnGpu::new(gpu.clone(), assets))

@@ -1,0 +1,29 @@
+//! Hierarchical stochastic rasterization [Munkberg2011]: each sample of a pixel has its own point and its own instant
+//! of the shutter interval, as with distribution ray tracing, but the triangles are brought to the samples.
+//!
+//! Method:
+//! 1. the shutter interval is cut into segments so short that within each every vertex goes straight and evenly in
+//!    homogeneous coordinates (x·z, y·z, z); what moves straight needs but one ([`motion`]);
+//! 2. the image is cut into tiles. In which of them a moving triangle can be seen, and when, is told by the planes
+//!    through the camera and a tile's sides, to which its corners have distances linear in time, and by its edges,
+//!    whose functions are quadratic ([`bounds`]). Neither needs the triangle to be in front of the camera;
+//! 3. tile by tile, from front to back, a triangle goes through the slices of time that it is seen in. One that lies
+//!    behind all that a slice holds is left out [Boulos2010]; elsewhere the samples of the pixels that it sweeps over
+//!    meanwhile are tested, each at its own instant;
+//! 4. what each sample sees is shaded by the lights alone.
+//!
+//! The samples are those of distribution ray tracing, number by number.
+
+pub mod bounds;
+pub mod motion;
+pub mod reference;
+#[cfg(test)]
+mod tests;
+
+/// Width and height of a tile, in pixels.
+pub const TILE: u32 = 8;
+
+/// Slices of time that samples are sorted into, for so many samples in each pixel: one or two samples each.
+pub fn slices(samples: u32) -> u32 {
+    (samples / 2).clamp(1, 32)
+}
