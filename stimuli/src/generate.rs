@@ -208,7 +208,8 @@ impl Request<'_> {
 pub fn passes(stimuli: &[Stimulus]) -> Vec<Vec<&Stimulus>> {
     let mut passes: IndexMap<_, Vec<&Stimulus>> = IndexMap::new();
     for stimulus in stimuli {
-        passes.entry((&stimulus.noise_stream, stimulus.exemplar)).or_default().push(stimulus);
+        let Stimulus { method, noise_stream, exemplar, .. } = stimulus;
+        passes.entry((method, noise_stream, exemplar)).or_default().push(stimulus);
     }
     let sorted = |mut pass: Vec<_>| {
         pass.sort_by_key(|stimulus: &&Stimulus| stimulus.samples);

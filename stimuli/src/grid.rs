@@ -9,7 +9,8 @@ use crate::stimulus::{
 };
 use crate::viewing::{Display, Viewing};
 use indexmap::{IndexMap, IndexSet};
-use serde::{Deserialize, Serialize};
+use serde::de::{Error, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use shutterlab_data_schema::definition::{self, DefinitionError, nearest};
 use std::path::{Path, PathBuf};
 
@@ -74,6 +75,9 @@ fn one() -> u32 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Axes {
+    /// Axis `method`; if there are no levels, it is the grid's.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub method: IndexMap<String, Method>,
     /// Axis `material`: names in the grid's table of materials.
     pub material: IndexMap<String, String>,
     /// Axis `speed`: degrees of visual angle per second.
@@ -81,17 +85,93 @@ pub struct Axes {
     /// Axis `shutter`: open part of the frame time, 0 to 1.
     pub shutter_open_fraction: IndexMap<String, f64>,
     /// Axis `samples`: camera paths per pixel.
-    pub samples: IndexMap<String, u32>,
+    pub samples: IndexMap<String, Samples>,
 }
 
-/// Names of the axes, in the order in which they make up a stimulus's id.
-const AXES: [&str; 4] = ["material", "speed", "shutter", "samples"];
+/// How many samples a pixel has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Samples {
+    /// So many.
+    Count(u32),
+    /// As the speed needs it: 1.6 for each pixel that goes by while the shutter is open, and 16 at least, the 16, 48, 144
+    /// and 432 that Zhang et al. (2014) take for 10, 30, 90 and 270 pixels.
+    Adaptive,
+}
+
+impl Samples {
+    /// How many they are at a screen velocity.
+    fn at(self, px_per_shutter: f64) -> u32 {
+        match self {
+            Self::Count(count) => count,
+            Self::Adaptive => ((1.6 * px_per_shutter).ceil() as u32).clamp(16, MAX_SAMPLES),
+        }
+    }
+}
+
+impl std::fmt::Display for Samples {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Count(count) => count.fmt(f),
+            Self::Adaptive => f.write_str(ADAPTIVE),
+        }
+    }
+}
+
+/// How files call samples that follow the speed.
+const ADAPTIVE: &str = "adaptive";
+
+impl Serialize for Samples {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Count(count) => serializer.serialize_u32(*count),
+            Self::Adaptive => serializer.serialize_str(ADAPTIVE),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Samples {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(SamplesVisitor)
+    }
+}
+
+struct SamplesVisitor;
+
+impl Visitor<'_> for SamplesVisitor {
+    type Value = Samples;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "u32 or {ADAPTIVE:?}")
+    }
+
+    fn visit_i64<E: Error>(self, count: i64) -> Result<Samples, E> {
+        let fitting = u32::try_from(count).map(Samples::Count);
+        fitting.map_err(|_| E::invalid_value(Unexpected::Signed(count), &self))
+    }
+
+    fn visit_u64<E: Error>(self, count: u64) -> Result<Samples, E> {
+        let fitting = u32::try_from(count).map(Samples::Count);
+        fitting.map_err(|_| E::invalid_value(Unexpected::Unsigned(count), &self))
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Samples, E> {
+        let found = (text == ADAPTIVE).then_some(Samples::Adaptive);
+        found.ok_or_else(|| E::invalid_value(Unexpected::Str(text), &self))
+    }
+}
+
+/// Names of the axes, in the order in which they make up a stimulus's id. A grid need not have the first.
+const AXES: [&str; 5] = ["method", "material", "speed", "shutter", "samples"];
 
 /// Axis by axis, the name of each level and what it stands for.
-type Levels<'a> = [(&'static str, Vec<(&'a str, String)>); 4];
+type Levels<'a> = [(&'static str, Vec<(&'a str, String)>); AXES.len()];
 
 /// The axes' keys in a grid file.
-const AXIS_KEYS: [&str; 4] = ["material", "speed_deg_per_s", "shutter_open_fraction", "samples"];
+const AXIS_KEYS: [&str; AXES.len()] =
+    ["method", "material", "speed_deg_per_s", "shutter_open_fraction", "samples"];
+
+/// Those of the axes that every grid has.
+const NEEDED: std::ops::Range<usize> = 1..AXES.len();
 
 /// Longest name of a grid, which becomes that of a job, and of a level, which becomes part of a folder's.
 const MAX_NAME: usize = 64;
@@ -234,8 +314,8 @@ impl Grid {
         let refuse = |field: String, value: String, allowed: &str| {
             Err(DefinitionError::value(file, field, value, allowed))
         };
-        for (axis, (_, levels)) in AXIS_KEYS.into_iter().zip(self.levels()) {
-            if levels.is_empty() {
+        for (k, (axis, (_, levels))) in AXIS_KEYS.into_iter().zip(self.levels()).enumerate() {
+            if levels.is_empty() && NEEDED.contains(&k) {
                 return refuse(
                     format!("axes.{axis}"),
                     "no levels".into(),
@@ -281,10 +361,12 @@ impl Grid {
             }
         }
         for (level, samples) in &self.axes.samples {
-            if !(1..=MAX_SAMPLES).contains(samples) {
+            if let Samples::Count(count) = samples
+                && !(1..=MAX_SAMPLES).contains(count)
+            {
                 return refuse(
                     format!("axes.samples.{level}"),
-                    samples.to_string(),
+                    count.to_string(),
                     "1 to 1048576 samples are allowed",
                 );
             }
@@ -297,12 +379,13 @@ impl Grid {
         fn texts<T: ToString>(levels: &IndexMap<String, T>) -> Vec<(&str, String)> {
             levels.iter().map(|(name, value)| (name.as_str(), value.to_string())).collect()
         }
-        let Axes { material, speed_deg_per_s, shutter_open_fraction, samples } = &self.axes;
+        let Axes { method, material, speed_deg_per_s, shutter_open_fraction, samples } = &self.axes;
         [
-            (AXES[0], texts(material)),
-            (AXES[1], texts(speed_deg_per_s)),
-            (AXES[2], texts(shutter_open_fraction)),
-            (AXES[3], texts(samples)),
+            (AXES[0], texts(method)),
+            (AXES[1], texts(material)),
+            (AXES[2], texts(speed_deg_per_s)),
+            (AXES[3], texts(shutter_open_fraction)),
+            (AXES[4], texts(samples)),
         ]
     }
 
@@ -339,16 +422,22 @@ impl Grid {
         Ok(self.resolve(selection)?.0)
     }
 
-    /// The level names of each cell, axis by axis; the last axis varies fastest.
-    fn cells(&self) -> Vec<[&str; 4]> {
-        let [material, speed, shutter, samples] =
-            self.levels().map(|(_, levels)| levels.into_iter().map(|(name, _)| name));
-        let mut cells = vec![];
-        for material in material {
-            for speed in speed.clone() {
-                for shutter in shutter.clone() {
-                    cells.extend(samples.clone().map(|level| [material, speed, shutter, level]));
-                }
+    /// The level names of each cell, axis by axis, empty for an axis that the grid does not have; the last axis
+    /// varies fastest.
+    fn cells(&self) -> Vec<[&str; AXES.len()]> {
+        let mut cells = vec![[""; AXES.len()]];
+        for (axis, (_, levels)) in self.levels().into_iter().enumerate() {
+            if !levels.is_empty() {
+                let with = |cell: &[_; _], level| {
+                    let mut cell = *cell;
+                    cell[axis] = level;
+                    cell
+                };
+                let names = || levels.iter().map(|(name, _)| *name);
+                cells = cells
+                    .iter()
+                    .flat_map(|cell| names().map(move |level| with(cell, level)))
+                    .collect();
             }
         }
         cells
@@ -357,34 +446,42 @@ impl Grid {
     /// The stimulus of the cell with these levels.
     fn stimulus(
         &self,
-        cell: [&str; 4],
+        cell: [&str; AXES.len()],
         exemplar: u32,
         scene: &Scene,
         materials: &IndexMap<String, Material>,
     ) -> Stimulus {
-        let Axes { material, speed_deg_per_s, shutter_open_fraction, samples } = &self.axes;
-        let speed_deg_per_s = speed_deg_per_s[cell[1]];
+        let Axes { method, material, speed_deg_per_s, shutter_open_fraction, samples } = &self.axes;
+        let [of_method, of_material, of_speed, of_shutter, of_samples] = cell;
+        let speed_deg_per_s = speed_deg_per_s[of_speed];
+        let shutter_open_fraction = shutter_open_fraction[of_shutter];
         let width_px = self.image.width_px;
         let pixels_per_degree = self.viewing.pixels_per_degree(width_px);
         let speed_px_per_s = speed_deg_per_s * pixels_per_degree;
-        let named = match self.sampling {
-            Sampling::Nested => &cell[..3],
-            Sampling::Independent => &cell,
+        let px_per_shutter = speed_px_per_s * shutter_open_fraction / self.image.fps;
+        let levels = || AXES.into_iter().zip(cell).filter(|(_, level)| !level.is_empty());
+        let names = |levels: &mut dyn Iterator<Item = (_, &str)>| {
+            levels.map(|(_, level)| level).collect::<Vec<_>>().join("-")
+        };
+        // Methods have their samples in common, too.
+        let named = |axis: &str| match self.sampling {
+            Sampling::Nested => !["method", "samples"].contains(&axis),
+            Sampling::Independent => axis != "method",
         };
         Stimulus {
-            id: cell.join("-"),
-            levels: AXES.map(String::from).into_iter().zip(cell.map(String::from)).collect(),
-            method: self.method,
-            material: materials[&material[cell[0]]].clone(),
+            id: names(&mut levels()),
+            levels: levels().map(|(axis, level)| (axis.to_string(), level.to_string())).collect(),
+            method: method.get(of_method).copied().unwrap_or(self.method),
+            material: materials[&material[of_material]].clone(),
             speed_deg_per_s,
             speed_px_per_s,
             speed_m_per_s: speed_px_per_s / scene.camera.pixels_per_metre(width_px),
-            shutter_open_fraction: shutter_open_fraction[cell[2]],
+            shutter_open_fraction,
             shutter_profile: self.shutter_profile,
-            samples: samples[cell[3]],
+            samples: samples[of_samples].at(px_per_shutter),
             sampler: self.sampler,
             seed: self.seed,
-            noise_stream: named.join("-"),
+            noise_stream: names(&mut levels().filter(|(axis, _)| named(axis))),
             exemplar,
             image: self.image.clone(),
             viewing: self.viewing.clone(),
@@ -400,7 +497,7 @@ impl Grid {
 /// levels it takes (an axis it does not name is free).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Selection {
-    alternatives: Vec<[Vec<String>; 4]>,
+    alternatives: Vec<[Vec<String>; AXES.len()]>,
 }
 
 impl Selection {
@@ -434,7 +531,7 @@ impl Selection {
     ) -> Result<Self, DefinitionError> {
         let mut alternatives = Vec::new();
         for text in texts {
-            let mut axes: [Vec<String>; 4] = Default::default();
+            let mut axes: [Vec<String>; AXES.len()] = Default::default();
             for part in text.as_ref().split(',') {
                 let refuse = |value: &str, allowed: String| {
                     DefinitionError::value(verb, "--select", value, allowed)
@@ -443,10 +540,13 @@ impl Selection {
                     return Err(refuse(part, "AXIS=LEVEL is needed".into()));
                 };
                 let (axis, level) = (axis.trim(), level.trim());
-                let Some(index) = AXES.iter().position(|known| *known == axis) else {
-                    return Err(refuse(axis, unknown("axes", axis, &AXES)));
+                let known =
+                    || levels.iter().enumerate().filter(|(_, (_, levels))| !levels.is_empty());
+                let Some((index, (_, levels))) = known().find(|(_, (known, _))| *known == axis)
+                else {
+                    let names: Vec<&str> = known().map(|(_, (name, _))| *name).collect();
+                    return Err(refuse(axis, unknown("axes", axis, &names)));
                 };
-                let levels = &levels[index].1;
                 let Some((name, _)) =
                     levels.iter().find(|(name, value)| *name == level || value == level)
                 else {
@@ -465,8 +565,8 @@ impl Selection {
         self.takes(AXES.map(|axis| level_of(stimulus, axis)))
     }
 
-    fn takes(&self, cell: [&str; 4]) -> bool {
-        let takes = |axes: &[Vec<String>; 4]| {
+    fn takes(&self, cell: [&str; AXES.len()]) -> bool {
+        let takes = |axes: &[Vec<String>; AXES.len()]| {
             axes.iter()
                 .zip(cell)
                 .all(|(levels, name)| levels.is_empty() || levels.iter().any(|level| level == name))
@@ -488,6 +588,7 @@ fn levels_of<'a>(stimuli: &[&'a Stimulus]) -> Levels<'a> {
                 "speed" => stimulus.speed_deg_per_s.to_string(),
                 "shutter" => stimulus.shutter_open_fraction.to_string(),
                 "samples" => stimulus.samples.to_string(),
+                "method" => stimulus.method.to_string(),
                 _ => name.to_string(),
             };
             (name, value)
@@ -549,6 +650,33 @@ mod tests {
         let streams: std::collections::BTreeSet<&str> =
             stimuli.iter().map(|s| s.noise_stream.as_str()).collect();
         assert_eq!(streams.len(), 45);
+    }
+
+    /// A grid may have a method per level, and samples that follow the speed.
+    #[test]
+    fn methods_are_an_axis_and_samples_follow_the_speed() {
+        let text = include_str!("../grids/rolling-sphere-mono.toml");
+        let text = text.replace("A1 = 4", "A1 = \"adaptive\"");
+        let axis = "[axes.method]\nD = \"distribution-ray-tracing\"\nA = \"accumulation-buffer\"\n";
+        let grid = Grid::parse(&format!("{text}\n{axis}"), "grid").unwrap();
+        let error = grid.stimuli(&Selection::default()).unwrap_err().to_string();
+        assert!(error.contains("illumination"), "{error}");
+        let of = |select| {
+            let selection = Selection::parse(&[select], &grid).unwrap();
+            grid.stimuli(&selection).unwrap()
+        };
+        let stimuli = of("method=D,samples=A1,shutter=T5,material=M1");
+        let ids: Vec<_> = stimuli.iter().map(|stimulus| stimulus.id.as_str()).collect();
+        assert_eq!(ids, ["D-M1-S1-T5-A1", "D-M1-S2-T5-A1", "D-M1-S3-T5-A1"]);
+        // 7.4, 14.8 and 22.2 pixels per shutter.
+        assert_eq!([0, 1, 2].map(|k| stimuli[k].samples), [16, 24, 36]);
+        let error = Selection::parse(&["method=D"], &Grid::load("demo").unwrap()).unwrap_err();
+        assert!(error.to_string().contains("the axes are material, speed"), "{error}");
+        for wrong in ["-1", "1.5", "\"many\""] {
+            let text = text.replace("\"adaptive\"", wrong);
+            let error = Grid::parse(&text, "grid").unwrap_err().to_string();
+            assert!(error.contains("u32 or \"adaptive\""), "{error}");
+        }
     }
 
     #[test]

@@ -3,7 +3,9 @@
 use crate::assets::Kind;
 use crate::frames::{EncodedImage, LinearImage, Transfer};
 use crate::scene::object::dot;
-use crate::scene::{Camera, Environment, LightMap, Material, Motion, Object, Scene, Shape};
+use crate::scene::{
+    Camera, Environment, Illumination, LightMap, Material, Motion, Object, Scene, Shape,
+};
 use crate::stereo::{Convergence, EyeNoise, Stereo};
 use crate::viewing::Viewing;
 use indexmap::IndexMap;
@@ -118,11 +120,36 @@ pub enum ShutterProfile {
 }
 
 /// Rendering methods.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// Path tracing with samples spread over the shutter interval (Cook, Porter and Carpenter 1984).
     DistributionRayTracing,
+    /// Whole images at instants of the shutter interval, averaged (Haeberli and Akeley 1990).
+    AccumulationBuffer,
+    /// Moving triangles drawn into samples that each have their own instant (Munkberg et al. 2011).
+    StochasticRasterization,
+}
+
+impl Method {
+    /// All there are, with their names in files.
+    pub const ALL: [(&str, Self); 3] = [
+        ("distribution-ray-tracing", Self::DistributionRayTracing),
+        ("accumulation-buffer", Self::AccumulationBuffer),
+        ("stochastic-rasterization", Self::StochasticRasterization),
+    ];
+
+    /// Whether it draws what the camera sees and knows of no light but the lamps'.
+    pub fn is_local(self) -> bool {
+        self != Self::DistributionRayTracing
+    }
+}
+
+impl std::fmt::Display for Method {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = Self::ALL.iter().find(|(_, method)| method == self).map(|(name, _)| *name);
+        f.write_str(name.unwrap_or_default())
+    }
 }
 
 /// Size, length and encoding of a sequence.
@@ -246,6 +273,10 @@ impl Stimulus {
 
     /// Refuses what the scene and the grid do not allow together; `grid` is the grid's name.
     pub(crate) fn check(&self, grid: &str) -> Result<(), DefinitionError> {
+        if self.method.is_local() && self.scene.illumination != Illumination::Local {
+            let allowed = "with this method the scene's `illumination` is to be \"local\"";
+            return Err(DefinitionError::value(grid, "method", self.method, allowed));
+        }
         if self.scene.camera.motion.is_some() {
             for frame in 0..self.image.frames {
                 let distance = self.camera_at(frame).0.focus_distance_m();
