@@ -21,6 +21,8 @@ mod display;
 mod export;
 /// `fit` on made-up ratings and points.
 mod fit;
+/// Three ways to blur, and what simplified models save.
+mod motion_blur;
 /// The operator's pages, and what they record.
 #[cfg(all(feature = "window", target_os = "linux"))]
 mod operator;

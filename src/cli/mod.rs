@@ -5,6 +5,7 @@
 #![expect(clippy::print_stderr, reason = "the command line is what prints")]
 
 mod analyze;
+mod bench;
 mod demo;
 mod devices;
 mod display;
@@ -53,6 +54,7 @@ enum Verb {
     #[cfg(feature = "screen")]
     Screen(screen::Args),
     Display(display::Args),
+    Bench(bench::Args),
     Devices(devices::Args),
 }
 
@@ -103,6 +105,7 @@ pub fn main() -> ExitCode {
         #[cfg(feature = "screen")]
         Verb::Screen(args) => screen::run(&args),
         Verb::Display(args) => display::run(&args),
+        Verb::Bench(args) => bench::run(&args),
         Verb::Devices(args) => devices::run(&args),
     };
     match done {
