@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// An octahedron divided in places, with more faces than it needs.
+/// A bent sheet of more faces than it needs.
 fn model() -> String {
     let mut text = String::new();
     const N: i32 = 12;

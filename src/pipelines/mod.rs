@@ -7,6 +7,7 @@ pub mod distribution_ray_tracing;
 pub mod frame;
 #[cfg(feature = "gpu")]
 pub mod mesh_probe;
+pub mod on_cpu;
 #[cfg(feature = "gpu")]
 pub mod resources;
 pub mod stochastic_rasterization;
@@ -21,6 +22,7 @@ pub const FRAME_WGSL: &str = include_str!("frame.wgsl");
 use crate::film::Film;
 #[cfg(feature = "gpu")]
 use crate::gpu::device::Gpu;
+use on_cpu::OnCpu;
 use shutterlab_stimuli::generate::RenderError;
 use shutterlab_stimuli::stimulus::{Method, View};
 use shutterlab_stimuli::{Device, Stimulus};
@@ -115,14 +117,14 @@ impl OpenDevice {
     pub fn pipeline(&self, method: Method, assets: &Path) -> Box<dyn Pipeline> {
         match (method, self) {
             (Method::DistributionRayTracing, Self::Cpu) => {
-                Box::new(distribution_ray_tracing::reference::OnCpu::new(assets))
+                Box::new(OnCpu::new(distribution_ray_tracing::reference::films, assets))
             }
             // These two have no twins on graphics adapters.
             (Method::AccumulationBuffer, _) => {
-                Box::new(accumulation_buffer::reference::OnCpu::new(assets))
+                Box::new(OnCpu::new(accumulation_buffer::reference::films, assets))
             }
             (Method::StochasticRasterization, _) => {
-                Box::new(stochastic_rasterization::reference::OnCpu::new(assets))
+                Box::new(OnCpu::new(stochastic_rasterization::reference::films, assets))
             }
             #[cfg(feature = "gpu")]
             (Method::DistributionRayTracing, Self::Gpu(gpu)) => {

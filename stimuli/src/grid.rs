@@ -1,4 +1,10 @@
-//! A grid of stimuli: axes × levels, one TOML file. Selection of cells, and their resolution.
+//! A grid of stimuli: axes × levels, one TOML file, and the resolution of its cells.
+
+mod samples;
+mod selection;
+
+pub use samples::Samples;
+pub use selection::Selection;
 
 use crate::assets::{Asset, Assets};
 use crate::scene::{Material, Scene};
@@ -8,10 +14,9 @@ use crate::stimulus::{
     Trajectory,
 };
 use crate::viewing::{Display, Viewing};
-use indexmap::{IndexMap, IndexSet};
-use serde::de::{Error, Unexpected, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use shutterlab_data_schema::definition::{self, DefinitionError, nearest};
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+use shutterlab_data_schema::definition::{self, DefinitionError};
 use std::path::{Path, PathBuf};
 
 /// A grid of stimuli.
@@ -86,78 +91,6 @@ pub struct Axes {
     pub shutter_open_fraction: IndexMap<String, f64>,
     /// Axis `samples`: camera paths per pixel.
     pub samples: IndexMap<String, Samples>,
-}
-
-/// How many samples a pixel has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Samples {
-    /// So many.
-    Count(u32),
-    /// As the speed needs it: 1.6 for each pixel that goes by while the shutter is open, and 16 at least, the 16, 48, 144
-    /// and 432 that Zhang et al. (2014) take for 10, 30, 90 and 270 pixels.
-    Adaptive,
-}
-
-impl Samples {
-    /// How many they are at a screen velocity.
-    fn at(self, px_per_shutter: f64) -> u32 {
-        match self {
-            Self::Count(count) => count,
-            Self::Adaptive => ((1.6 * px_per_shutter).ceil() as u32).clamp(16, MAX_SAMPLES),
-        }
-    }
-}
-
-impl std::fmt::Display for Samples {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Count(count) => count.fmt(f),
-            Self::Adaptive => f.write_str(ADAPTIVE),
-        }
-    }
-}
-
-/// How files call samples that follow the speed.
-const ADAPTIVE: &str = "adaptive";
-
-impl Serialize for Samples {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Count(count) => serializer.serialize_u32(*count),
-            Self::Adaptive => serializer.serialize_str(ADAPTIVE),
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for Samples {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(SamplesVisitor)
-    }
-}
-
-struct SamplesVisitor;
-
-impl Visitor<'_> for SamplesVisitor {
-    type Value = Samples;
-
-    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "u32 or {ADAPTIVE:?}")
-    }
-
-    fn visit_i64<E: Error>(self, count: i64) -> Result<Samples, E> {
-        let fitting = u32::try_from(count).map(Samples::Count);
-        fitting.map_err(|_| E::invalid_value(Unexpected::Signed(count), &self))
-    }
-
-    fn visit_u64<E: Error>(self, count: u64) -> Result<Samples, E> {
-        let fitting = u32::try_from(count).map(Samples::Count);
-        fitting.map_err(|_| E::invalid_value(Unexpected::Unsigned(count), &self))
-    }
-
-    fn visit_str<E: Error>(self, text: &str) -> Result<Samples, E> {
-        let found = (text == ADAPTIVE).then_some(Samples::Adaptive);
-        found.ok_or_else(|| E::invalid_value(Unexpected::Str(text), &self))
-    }
 }
 
 /// Names of the axes, in the order in which they make up a stimulus's id. A grid need not have the first.
@@ -491,117 +424,6 @@ impl Grid {
             scene: scene.clone(),
         }
     }
-}
-
-/// Which cells of a grid are meant: any of its alternatives; each alternative lists, per axis, the
-/// levels it takes (an axis it does not name is free).
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Selection {
-    alternatives: Vec<[Vec<String>; AXES.len()]>,
-}
-
-impl Selection {
-    /// Parses selections like `material=checker,speed=S2,shutter=T4,shutter=T5`: different axes
-    /// must all agree, levels of one axis are alternatives. Several texts are alternatives; none
-    /// takes every cell. A level is given by its name or by what it stands for.
-    ///
-    /// # Errors
-    /// An axis or level that `grid` does not have; the nearest known one is named.
-    pub fn parse<S: AsRef<str>>(texts: &[S], grid: &Grid) -> Result<Self, DefinitionError> {
-        Self::parse_among(texts, "render", &grid.levels())
-    }
-
-    /// As [`Selection::parse`], among the levels that `stimuli` have. A material is given by the name of
-    /// its level alone: what its grid calls it they do not know.
-    ///
-    /// # Errors
-    /// An axis or level that none of them has; the nearest known one is named.
-    pub fn parse_for_screen<S: AsRef<str>>(
-        texts: &[S],
-        stimuli: &[&Stimulus],
-    ) -> Result<Self, DefinitionError> {
-        Self::parse_among(texts, "screen", &levels_of(stimuli))
-    }
-
-    /// `verb` is what an error calls the place.
-    fn parse_among<S: AsRef<str>>(
-        texts: &[S],
-        verb: &str,
-        levels: &Levels<'_>,
-    ) -> Result<Self, DefinitionError> {
-        let mut alternatives = Vec::new();
-        for text in texts {
-            let mut axes: [Vec<String>; AXES.len()] = Default::default();
-            for part in text.as_ref().split(',') {
-                let refuse = |value: &str, allowed: String| {
-                    DefinitionError::value(verb, "--select", value, allowed)
-                };
-                let Some((axis, level)) = part.split_once('=') else {
-                    return Err(refuse(part, "AXIS=LEVEL is needed".into()));
-                };
-                let (axis, level) = (axis.trim(), level.trim());
-                let known =
-                    || levels.iter().enumerate().filter(|(_, (_, levels))| !levels.is_empty());
-                let Some((index, (_, levels))) = known().find(|(_, (known, _))| *known == axis)
-                else {
-                    let names: Vec<&str> = known().map(|(_, (name, _))| *name).collect();
-                    return Err(refuse(axis, unknown("axes", axis, &names)));
-                };
-                let Some((name, _)) =
-                    levels.iter().find(|(name, value)| *name == level || value == level)
-                else {
-                    let names: Vec<&str> = levels.iter().map(|(name, _)| *name).collect();
-                    return Err(refuse(part, unknown(&format!("levels of {axis}"), level, &names)));
-                };
-                axes[index].push(name.to_string());
-            }
-            alternatives.push(axes);
-        }
-        Ok(Self { alternatives })
-    }
-
-    /// Whether `stimulus` is of a cell that is meant.
-    pub fn takes_stimulus(&self, stimulus: &Stimulus) -> bool {
-        self.takes(AXES.map(|axis| level_of(stimulus, axis)))
-    }
-
-    fn takes(&self, cell: [&str; AXES.len()]) -> bool {
-        let takes = |axes: &[Vec<String>; AXES.len()]| {
-            axes.iter()
-                .zip(cell)
-                .all(|(levels, name)| levels.is_empty() || levels.iter().any(|level| level == name))
-        };
-        self.alternatives.is_empty() || self.alternatives.iter().any(takes)
-    }
-}
-
-fn level_of<'a>(stimulus: &'a Stimulus, axis: &str) -> &'a str {
-    stimulus.levels.get(axis).map_or("", String::as_str)
-}
-
-/// The levels that `stimuli` have, in the order in which they come.
-fn levels_of<'a>(stimuli: &[&'a Stimulus]) -> Levels<'a> {
-    AXES.map(|axis| {
-        let level = |stimulus: &&'a Stimulus| {
-            let name = level_of(stimulus, axis);
-            let value = match axis {
-                "speed" => stimulus.speed_deg_per_s.to_string(),
-                "shutter" => stimulus.shutter_open_fraction.to_string(),
-                "samples" => stimulus.samples.to_string(),
-                "method" => stimulus.method.to_string(),
-                _ => name.to_string(),
-            };
-            (name, value)
-        };
-        let levels: IndexSet<_> = stimuli.iter().map(level).collect();
-        (axis, levels.into_iter().collect())
-    })
-}
-
-fn unknown(what: &str, name: &str, known: &[&str]) -> String {
-    let hint = nearest(name, known.iter().copied())
-        .map_or(String::new(), |near| format!("; did you mean {near}?"));
-    format!("the {what} are {}{hint}", known.join(", "))
 }
 
 #[cfg(test)]

@@ -3,59 +3,32 @@
 use super::{Image, images};
 use crate::film::Film;
 use crate::mesh::Mesh;
-use crate::pipelines::Pipeline;
-use crate::pipelines::frame::{Frame, Kept, tent};
+use crate::pipelines::frame::{Frame, tent};
 use crate::raster::Raster;
 use crate::raster::shapes::{object_to_image, shapes};
 use crate::scene::environment::{Environment, luminance};
 use crate::scene::world::{Instant, Met, World};
 use glam::{Affine3A, Mat3, Vec3, Vec4};
 use rayon::prelude::*;
-use shutterlab_stimuli::Stimulus;
-use shutterlab_stimuli::generate::RenderError;
 use shutterlab_stimuli::stimulus::View;
 use std::borrow::Cow;
-use std::path::{Path, PathBuf};
 
 /// Images that are rasterized side by side.
 const BATCH: usize = 8;
 
-/// The pipeline on the processor.
-#[derive(Debug)]
-pub struct OnCpu {
-    assets: PathBuf,
-    kept: Kept<Environment, World>,
-}
-
-impl OnCpu {
-    /// The pipeline with the files in `assets`.
-    pub fn new(assets: &Path) -> Self {
-        Self { assets: assets.into(), kept: Kept::default() }
-    }
-}
-
-impl Pipeline for OnCpu {
-    fn films(
-        &mut self,
-        stimulus: &Stimulus,
-        view: &View,
-        frame: u32,
-        samples: &[u32],
-    ) -> Result<Vec<Film>, RenderError> {
-        let (environment, world) = self.kept.of::<RenderError>(stimulus, &self.assets, Ok, Ok)?;
-        let frame = Frame::new(stimulus, world, view, frame);
-        Ok(samples.iter().map(|&count| film(&frame, world, environment, view, count)).collect())
-    }
-}
-
-/// The film of `count` images of `frame` as `view` sees it.
-pub fn film(
+/// The films of the pipeline. Each has instants of its own.
+pub fn films(
     frame: &Frame,
     world: &World,
     environment: &Environment,
     view: &View,
-    count: u32,
-) -> Film {
+    samples: &[u32],
+) -> Vec<Film> {
+    samples.iter().map(|&count| film(frame, world, environment, view, count)).collect()
+}
+
+/// The film of `count` images of `frame` as `view` sees it.
+fn film(frame: &Frame, world: &World, environment: &Environment, view: &View, count: u32) -> Film {
     let (width, height) = (frame.params.width, frame.params.height);
     let shapes = shapes(world, &frame.objects);
     // Where the triangles of each object end in the count of all.

@@ -3,8 +3,7 @@
 
 use super::MAX_HITS;
 use crate::film::Film;
-use crate::pipelines::Pipeline;
-use crate::pipelines::frame::{Frame, Kept, tent};
+use crate::pipelines::frame::{Frame, tent};
 use crate::sampling::random::{StreamKey, unit};
 use crate::sampling::sampler;
 use crate::scene::environment::{Environment, luminance};
@@ -13,36 +12,17 @@ use crate::shading::direct::from_lights;
 use crate::shading::surface::Surface;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
-use shutterlab_stimuli::Stimulus;
-use shutterlab_stimuli::generate::RenderError;
 use shutterlab_stimuli::stimulus::View;
-use std::path::{Path, PathBuf};
 
-/// The pipeline on the processor.
-#[derive(Debug)]
-pub struct OnCpu {
-    assets: PathBuf,
-    kept: Kept<Environment, World>,
-}
-
-impl OnCpu {
-    /// The pipeline with the files in `assets`.
-    pub fn new(assets: &Path) -> Self {
-        Self { assets: assets.into(), kept: Kept::default() }
-    }
-}
-
-impl Pipeline for OnCpu {
-    fn films(
-        &mut self,
-        stimulus: &Stimulus,
-        view: &View,
-        frame: u32,
-        samples: &[u32],
-    ) -> Result<Vec<Film>, RenderError> {
-        let (environment, world) = self.kept.of::<RenderError>(stimulus, &self.assets, Ok, Ok)?;
-        Ok(trace(&Frame::new(stimulus, world, view, frame), world, environment, samples))
-    }
+/// The films of the pipeline; the view is in the frame's camera.
+pub fn films(
+    frame: &Frame,
+    world: &World,
+    environment: &Environment,
+    _: &View,
+    samples: &[u32],
+) -> Vec<Film> {
+    trace(frame, world, environment, samples)
 }
 
 /// Draws the samples of every pixel from `frame.params.first_sample` on, and returns the film at each of

@@ -5,8 +5,7 @@ use super::motion::{MovingTriangle, Path, SampleHit};
 use super::{TILE, slices};
 use crate::film::Film;
 use crate::mesh::Mesh;
-use crate::pipelines::Pipeline;
-use crate::pipelines::frame::{Frame, Kept, tent};
+use crate::pipelines::frame::{Frame, tent};
 use crate::raster::shapes::shapes;
 use crate::sampling::random::{StreamKey, unit};
 use crate::sampling::sampler;
@@ -14,58 +13,37 @@ use crate::scene::environment::{Environment, luminance};
 use crate::scene::world::{Instant, Met, World};
 use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
-use shutterlab_stimuli::Stimulus;
-use shutterlab_stimuli::generate::RenderError;
 use shutterlab_stimuli::stimulus::View;
 use std::borrow::Cow;
 use std::ops::Range;
-use std::path::{Path as FilePath, PathBuf};
 
 /// Rows of tiles that are drawn together: a few, because a fast triangle has an entry in each of many tiles, and a million
 /// of them in all tiles at once would not fit into memory.
 const ROWS: u32 = 6;
 
-/// The pipeline on the processor.
-#[derive(Debug)]
-pub struct OnCpu {
-    assets: PathBuf,
-    kept: Kept<Environment, World>,
-}
-
-impl OnCpu {
-    /// The pipeline with the files in `assets`.
-    pub fn new(assets: &FilePath) -> Self {
-        Self { assets: assets.into(), kept: Kept::default() }
-    }
-}
-
-impl Pipeline for OnCpu {
-    fn films(
-        &mut self,
-        stimulus: &Stimulus,
-        view: &View,
-        frame: u32,
-        samples: &[u32],
-    ) -> Result<Vec<Film>, RenderError> {
-        let (environment, world) = self.kept.of::<RenderError>(stimulus, &self.assets, Ok, Ok)?;
-        let frame = Frame::new(stimulus, world, view, frame);
-        let moving = Moving::new(&frame, world, view);
-        let mut films = vec![];
-        let mut sums = vec![Vec4::ZERO; (frame.params.width * frame.params.height) as usize];
-        let mut drawn = 0;
-        for &count in samples {
-            add(&mut sums, &frame, world, environment, &moving, drawn..count);
-            drawn = count;
-            let (width, height) = (frame.params.width, frame.params.height);
-            films.push(Film { width, height, samples: count, sums: sums.clone() });
-        }
-        Ok(films)
-    }
+/// The films of the pipeline.
+pub fn films(
+    frame: &Frame,
+    world: &World,
+    environment: &Environment,
+    view: &View,
+    samples: &[u32],
+) -> Vec<Film> {
+    let (width, height) = (frame.params.width, frame.params.height);
+    let moving = Moving::new(frame, world, view);
+    let mut sums = vec![Vec4::ZERO; (width * height) as usize];
+    let mut drawn = 0;
+    let mut film = |&count: &u32| {
+        add(&mut sums, frame, world, environment, &moving, drawn..count);
+        drawn = count;
+        Film { width, height, samples: count, sums: sums.clone() }
+    };
+    samples.iter().map(&mut film).collect()
 }
 
 /// The objects of a frame as moving triangles.
 #[derive(Debug)]
-pub struct Moving<'a> {
+struct Moving<'a> {
     shapes: Vec<Cow<'a, Mesh>>,
     paths: Vec<Path>,
 }
@@ -108,7 +86,7 @@ struct Seen {
 
 impl<'a> Moving<'a> {
     /// The objects of `frame` as `view` sees them.
-    pub fn new(frame: &Frame, world: &'a World, view: &View) -> Self {
+    fn new(frame: &Frame, world: &'a World, view: &View) -> Self {
         let shapes = shapes(world, &frame.objects);
         let paths = frame
             .objects
@@ -201,7 +179,7 @@ pub fn each_tile(
 }
 
 /// Adds the samples of these numbers to the sums of all pixels.
-pub fn add(
+fn add(
     sums: &mut [Vec4],
     frame: &Frame,
     world: &World,
