@@ -5,6 +5,7 @@ pub mod environment;
 pub mod export;
 pub mod import;
 pub mod light;
+pub mod made;
 pub mod object;
 pub mod picture;
 pub mod screen_motion;

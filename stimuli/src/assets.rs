@@ -5,10 +5,43 @@
 use crate::frames::hex;
 use percent_encoding::percent_decode_str;
 use sha2::{Digest, Sha256};
-use shutterlab_data_schema::definition::DefinitionError;
+use shutterlab_data_schema::definition::{DefinitionError, nearest};
 use shutterlab_data_schema::files::{create_folder, named, write_atomically};
 use std::io;
 use std::path::{Component, Path, PathBuf};
+
+/// Where a model's file is named, this before one of [`MADE`] names a model that is made instead.
+const MADE_PREFIX: &str = "made:";
+
+/// The models that Shutterlab makes itself: sixteen for experiments, and five to hold what was found against.
+pub const MADE: [&str; 21] = [
+    "knot23",
+    "knot34",
+    "knot52",
+    "bumps",
+    "spikes",
+    "fractal",
+    "rings",
+    "meridians",
+    "gear12",
+    "gear40",
+    "screw",
+    "hills",
+    "dunes",
+    "comb",
+    "brush",
+    "fringe",
+    "knot37",
+    "asteroid",
+    "gear25",
+    "ridge",
+    "hedgehog",
+];
+
+/// The name of the model that is made where `file` names a model's file, if it is no file.
+pub fn made(file: &str) -> Option<&str> {
+    file.strip_prefix(MADE_PREFIX)
+}
 
 /// Name of the folder of assets beside the sequences.
 const FOLDER: &str = "assets";
@@ -186,6 +219,14 @@ fn mentioned(text: &[u8], key: &str, folder: &Path, beside: &Path) -> Vec<PathBu
     text.lines().filter(|line| line.len() <= MAX_LINE).filter_map(name).collect()
 }
 
+/// Refuses a model that there is not; `field` of `place` is what an error calls the name.
+pub(crate) fn check_made(file: &str, field: &str, place: &str) -> Result<(), DefinitionError> {
+    let Some(name) = made(file).filter(|name| !MADE.contains(name)) else { return Ok(()) };
+    let hint = nearest(name, MADE).map_or(String::new(), |near| format!("; did you mean {near}?"));
+    let allowed = format!("the models that are made are {}{hint}", MADE.join(", "));
+    Err(DefinitionError::value(place, field, file, allowed))
+}
+
 /// Collects the files that a definition names.
 #[derive(Debug)]
 pub(crate) struct Assets<'a> {
@@ -199,7 +240,7 @@ pub(crate) struct Assets<'a> {
 
 impl Assets<'_> {
     /// Finds the file called `file`, which the table `field` names, and puts its name and hash in their places; a
-    /// hash that is there must be right.
+    /// hash that is there must be right. A model that is made has neither.
     pub fn find(
         &mut self,
         field: &str,
@@ -207,6 +248,9 @@ impl Assets<'_> {
         file: &mut String,
         sha256: &mut String,
     ) -> Result<(), DefinitionError> {
+        if kind == Kind::Model && made(file).is_some() {
+            return check_made(file, &format!("{field}.file"), self.place);
+        }
         let source = self.folder.join(&*file);
         let known = self.found.iter().find(|asset| asset.source == source && asset.kind == kind);
         let is_new = known.is_none();
