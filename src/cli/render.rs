@@ -18,7 +18,8 @@ use std::path::{Path, PathBuf};
 /// stopped.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A shipped grid (rolling-sphere-mono, rolling-sphere-stereo, demo) or a grid file
+    /// A shipped grid (rolling-sphere-mono, rolling-sphere-stereo, zhang-r, zhang-lod, zhang-validation, demo) or a
+    /// grid file
     pub(super) grid: String,
     /// Folder for the sequence folders
     #[arg(short, long, value_name = "DIR")]
@@ -35,6 +36,9 @@ pub struct Args {
     /// How the eyes of a stereo grid make one frame, in place of the grid's layout
     #[arg(long, value_name = "LAYOUT", value_parser = layouts())]
     layout: Option<String>,
+    /// The models in this folder (.ply, .obj, .gltf, .glb, .stl) in place of those of the grid's axis model
+    #[arg(long, value_name = "DIR")]
+    models: Option<PathBuf>,
     /// Write the linear images too, as OpenEXR (the eyes side by side)
     #[arg(long)]
     exr: bool,
@@ -69,6 +73,9 @@ impl Args {
         }
         if let Some(layout) = &self.layout {
             add("--layout", layout.clone());
+        }
+        if let Some(models) = &self.models {
+            add("--models", models.display().to_string());
         }
         add("--device", format!("{:?}", self.device).to_lowercase());
         words.extend(self.exr.then(|| "--exr".into()));
@@ -109,6 +116,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         let stereo = grid.stereo.as_mut().ok_or_else(|| UsageError::from(refuse()))?;
         let named = Layout::ALL.into_iter().find(|(name, _)| name == layout);
         stereo.layout = named.map_or(stereo.layout, |(_, layout)| layout);
+    }
+    if let Some(models) = &args.models {
+        grid.set_models(models)?;
     }
     grid.check(&args.grid)?;
     let selection = Selection::parse(&args.select, &grid).map_err(UsageError::from)?;

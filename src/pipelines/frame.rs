@@ -22,7 +22,7 @@ use std::path::Path;
 #[derive(Debug)]
 pub struct Kept<E, W> {
     environment: Option<(scene::Environment, E)>,
-    world: Option<(scene::Scene, scene::Material, W)>,
+    world: Option<(Stimulus, W)>,
 }
 
 impl<E, W> Default for Kept<E, W> {
@@ -41,23 +41,29 @@ impl<E, W> Kept<E, W> {
         environment: impl FnOnce(Environment) -> Result<E, F>,
         world: impl FnOnce(World) -> Result<W, F>,
     ) -> Result<(&E, &W), F> {
-        let (scene, material) = (&stimulus.scene, &stimulus.material);
+        let wanted = &stimulus.scene.environment;
         let kept = match self.environment.take() {
-            Some(kept) if kept.0 == scene.environment => kept,
-            _ => {
-                let loaded = Environment::load(&scene.environment, assets)?;
-                (scene.environment.clone(), environment(loaded)?)
-            }
+            Some(kept) if kept.0 == *wanted => kept,
+            _ => (wanted.clone(), environment(Environment::load(wanted, assets)?)?),
         };
         let kept_world = match self.world.take() {
-            Some(kept) if kept.0 == *scene && kept.1 == *material => kept,
-            _ => {
-                let loaded = World::load(stimulus, assets)?;
-                (scene.clone(), material.clone(), world(loaded)?)
-            }
+            Some(kept) if has_world_of(&kept.0, stimulus) => kept,
+            _ => (stimulus.clone(), world(World::load(stimulus, assets)?)?),
         };
-        Ok((&self.environment.insert(kept).1, &self.world.insert(kept_world).2))
+        Ok((&self.environment.insert(kept).1, &self.world.insert(kept_world).1))
     }
+}
+
+/// Whether two stimuli have the same world. What is simplified is so for its motion.
+fn has_world_of(one: &Stimulus, other: &Stimulus) -> bool {
+    let motion = |of: &Stimulus| {
+        let Stimulus { speed_m_per_s, shutter_open_fraction, trajectory, .. } = of;
+        (*speed_m_per_s, *shutter_open_fraction, *trajectory, of.image.clone(), of.stereo.clone())
+    };
+    one.scene == other.scene
+        && one.material == other.material
+        && one.simplification == other.simplification
+        && (one.simplification.is_none() || motion(one) == motion(other))
 }
 
 /// One frame as both devices read it. `frame.wgsl` declares the same struct; a test compares them.

@@ -5,13 +5,16 @@ use super::import::{self, ImportError, Model, Texture};
 use super::light::Light;
 use super::object::{Object, Pose};
 use super::picture::{MAX_TEXELS, PictureRef, Pictures};
+use super::screen_motion::ScreenPaths;
 use crate::mesh::Mesh;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::ray::{Hit, Ray};
+use crate::mesh::simplify::direction::Weight;
+use crate::mesh::simplify::{Options, Simplified, SimplifyError, simplify};
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{DAffine3, Vec3};
 use shutterlab_stimuli::scene::{Material, Motion, Shape};
-use shutterlab_stimuli::{Stimulus, assets, scene};
+use shutterlab_stimuli::{Simplification, Stimulus, assets, scene};
 use std::path::Path;
 
 /// What does not change from frame to frame. Objects come in the order spheres, planes, meshes.
@@ -108,7 +111,7 @@ impl World {
                 _ => PictureRef::default(),
             });
             let is_model = matches!(material, Material::Model { .. });
-            meshes.extend(SceneMesh::load(object, is_model, assets, &mut pictures)?);
+            meshes.extend(SceneMesh::load(stimulus, object, is_model, assets, &mut pictures)?);
         }
         Ok(Self {
             counts: [0, 1, 2].map(|of| all.iter().filter(|object| kind(object) == of).count()),
@@ -139,15 +142,19 @@ impl World {
 }
 
 impl SceneMesh {
-    /// The mesh of `object`, if it is one. The materials of its file are taken in if `is_model`.
+    /// The mesh of `object` of `stimulus`, if it is one. The materials of its file are taken in if `is_model`.
     fn load(
+        stimulus: &Stimulus,
         object: &scene::Object,
         is_model: bool,
         assets: &Path,
         pictures: &mut Known,
     ) -> Result<Option<Self>, ImportError> {
         let Shape::Mesh { file, sha256, radius_m } = &object.shape else { return Ok(None) };
-        let path = assets::path(assets, Path::new(file), sha256);
+        let path = match assets::made(file) {
+            Some(_) => file.into(),
+            None => assets::path(assets, Path::new(file), sha256),
+        };
         let Model { mut mesh, mut face_materials, materials } = import::model(&path)?;
         if let Some(Motion { deformation: Some(second), .. }) = &object.motion {
             let path = assets::path(assets, Path::new(&second.file), &second.sha256);
@@ -158,6 +165,13 @@ impl SceneMesh {
         if let Some(radius) = radius_m {
             fit(&mut mesh, *radius as f32);
             mesh.check(&path.display().to_string())?;
+        }
+        if let Some(how) = &stimulus.simplification {
+            let groups = (is_model && materials.len() > 1).then_some(&face_materials[..]);
+            let simplified = simplified(stimulus, object, how, &mesh, groups)
+                .map_err(|source| ImportError::Simplify { path: path.clone(), source })?;
+            face_materials = simplified.faces.iter().map(|&f| face_materials[f as usize]).collect();
+            mesh = simplified.mesh;
         }
         let materials = if is_model {
             let material = |of: &import::Material| {
@@ -178,6 +192,26 @@ impl SceneMesh {
         let reach = 1.0001 * vertices.map(|p| p.length()).fold(0.0, f32::max);
         Ok(Some(Self { mesh, bvh, reach, face_materials, materials }))
     }
+}
+
+/// `mesh`, the shape of `object` of `stimulus`, as simple as the stimulus has it: for all of its motion.
+fn simplified(
+    stimulus: &Stimulus,
+    object: &scene::Object,
+    how: &Simplification,
+    mesh: &Mesh,
+    groups: Option<&[u32]>,
+) -> Result<Simplified, SimplifyError> {
+    let frames = 0..stimulus.image.frames;
+    let motion = ScreenPaths::of_stimulus(stimulus, object, DAffine3::IDENTITY, frames);
+    let Simplification { level_of_detail, r, epsilon } = *how;
+    let options = Options {
+        faces: ((level_of_detail * mesh.triangles.len() as f64) as usize).max(1),
+        weight: Weight::Printed { r: r as f32, epsilon: epsilon as f32 },
+        motion: Some(&motion),
+        ..Options::default()
+    };
+    simplify(mesh, groups, &options)
 }
 
 /// The pictures that a scene has so far: what several surfaces show is kept once.

@@ -208,8 +208,9 @@ impl Request<'_> {
 pub fn passes(stimuli: &[Stimulus]) -> Vec<Vec<&Stimulus>> {
     let mut passes: IndexMap<_, Vec<&Stimulus>> = IndexMap::new();
     for stimulus in stimuli {
-        let Stimulus { method, noise_stream, exemplar, .. } = stimulus;
-        passes.entry((method, noise_stream, exemplar)).or_default().push(stimulus);
+        let Stimulus { levels, noise_stream, exemplar, .. } = stimulus;
+        let others: Vec<_> = levels.iter().filter(|(axis, _)| *axis != "samples").collect();
+        passes.entry((others, noise_stream, exemplar)).or_default().push(stimulus);
     }
     let sorted = |mut pass: Vec<_>| {
         pass.sort_by_key(|stimulus: &&Stimulus| stimulus.samples);

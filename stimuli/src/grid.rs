@@ -1,19 +1,23 @@
 //! A grid of stimuli: axes × levels, one TOML file, and the resolution of its cells.
 
+mod axes;
+mod models;
 mod samples;
 mod selection;
 
+pub use axes::Axes;
 pub use samples::Samples;
 pub use selection::Selection;
 
 use crate::assets::{Asset, Assets};
 use crate::scene::{Material, Scene};
+use crate::simplification::Simplification;
 use crate::stereo::{Layout, Stereo};
 use crate::stimulus::{
-    ImageFormat, MAX_FRAMES, MAX_SAMPLES, MAX_SIDE_PX, Method, Sampler, ShutterProfile, Stimulus,
-    Trajectory,
+    ImageFormat, MAX_FRAMES, MAX_SIDE_PX, Method, Sampler, ShutterProfile, Stimulus, Trajectory,
 };
 use crate::viewing::{Display, Viewing};
+use axes::AXES;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use shutterlab_data_schema::definition::{self, DefinitionError};
@@ -76,44 +80,16 @@ fn one() -> u32 {
     1
 }
 
-/// The levels of each axis, in the order of the file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Axes {
-    /// Axis `method`; if there are no levels, it is the grid's.
-    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
-    pub method: IndexMap<String, Method>,
-    /// Axis `material`: names in the grid's table of materials.
-    pub material: IndexMap<String, String>,
-    /// Axis `speed`: degrees of visual angle per second.
-    pub speed_deg_per_s: IndexMap<String, f64>,
-    /// Axis `shutter`: open part of the frame time, 0 to 1.
-    pub shutter_open_fraction: IndexMap<String, f64>,
-    /// Axis `samples`: camera paths per pixel.
-    pub samples: IndexMap<String, Samples>,
-}
-
-/// Names of the axes, in the order in which they make up a stimulus's id. A grid need not have the first.
-const AXES: [&str; 5] = ["method", "material", "speed", "shutter", "samples"];
-
-/// Axis by axis, the name of each level and what it stands for.
-type Levels<'a> = [(&'static str, Vec<(&'a str, String)>); AXES.len()];
-
-/// The axes' keys in a grid file.
-const AXIS_KEYS: [&str; AXES.len()] =
-    ["method", "material", "speed_deg_per_s", "shutter_open_fraction", "samples"];
-
-/// Those of the axes that every grid has.
-const NEEDED: std::ops::Range<usize> = 1..AXES.len();
-
-/// Longest name of a grid, which becomes that of a job, and of a level, which becomes part of a folder's.
+/// Longest name of a grid, which becomes that of a job.
 const MAX_NAME: usize = 64;
-const MAX_LEVEL_NAME: usize = 32;
 
 /// Grids that come with Shutterlab, by name.
 const SHIPPED: &[(&str, &str)] = &[
     ("rolling-sphere-mono", include_str!("../grids/rolling-sphere-mono.toml")),
     ("rolling-sphere-stereo", include_str!("../grids/rolling-sphere-stereo.toml")),
+    ("zhang-r", include_str!("../grids/zhang-r.toml")),
+    ("zhang-lod", include_str!("../grids/zhang-lod.toml")),
+    ("zhang-validation", include_str!("../grids/zhang-validation.toml")),
     ("demo", include_str!("../grids/demo.toml")),
 ];
 
@@ -190,7 +166,7 @@ impl Grid {
         for (name, material) in &self.materials {
             material.check(&format!("materials.{name}"), file)?;
         }
-        self.check_axes(file)
+        self.axes.check(&self.materials, file)
     }
 
     fn check_sampling(&self, file: &str) -> Result<(), DefinitionError> {
@@ -243,85 +219,6 @@ impl Grid {
         Ok(())
     }
 
-    fn check_axes(&self, file: &str) -> Result<(), DefinitionError> {
-        let refuse = |field: String, value: String, allowed: &str| {
-            Err(DefinitionError::value(file, field, value, allowed))
-        };
-        for (k, (axis, (_, levels))) in AXIS_KEYS.into_iter().zip(self.levels()).enumerate() {
-            if levels.is_empty() && NEEDED.contains(&k) {
-                return refuse(
-                    format!("axes.{axis}"),
-                    "no levels".into(),
-                    "at least one level is needed",
-                );
-            }
-            for (level, _) in levels {
-                let is_short = (1..=MAX_LEVEL_NAME).contains(&level.len());
-                if !is_short || !level.bytes().all(|b| b.is_ascii_alphanumeric()) {
-                    let allowed = format!(
-                        "1 to {MAX_LEVEL_NAME} letters and digits are allowed in a level's name"
-                    );
-                    return refuse(format!("axes.{axis}"), format!("{level:?}"), &allowed);
-                }
-            }
-        }
-        for (level, name) in &self.axes.material {
-            if !self.materials.contains_key(name) {
-                let known: Vec<&str> = self.materials.keys().map(String::as_str).collect();
-                return refuse(
-                    format!("axes.material.{level}"),
-                    name.clone(),
-                    &format!("the grid's materials are {}", known.join(", ")),
-                );
-            }
-        }
-        for (level, speed) in &self.axes.speed_deg_per_s {
-            if !(0.0..=1000.0).contains(speed) {
-                return refuse(
-                    format!("axes.speed_deg_per_s.{level}"),
-                    speed.to_string(),
-                    "0 to 1000 degrees per second are allowed",
-                );
-            }
-        }
-        for (level, open) in &self.axes.shutter_open_fraction {
-            if !(0.0..=1.0).contains(open) {
-                return refuse(
-                    format!("axes.shutter_open_fraction.{level}"),
-                    open.to_string(),
-                    "0 to 1 of the frame time is allowed",
-                );
-            }
-        }
-        for (level, samples) in &self.axes.samples {
-            if let Samples::Count(count) = samples
-                && !(1..=MAX_SAMPLES).contains(count)
-            {
-                return refuse(
-                    format!("axes.samples.{level}"),
-                    count.to_string(),
-                    "1 to 1048576 samples are allowed",
-                );
-            }
-        }
-        Ok(())
-    }
-
-    /// Axis by axis, the name of each level and what it stands for.
-    fn levels(&self) -> Levels<'_> {
-        fn texts<T: ToString>(levels: &IndexMap<String, T>) -> Vec<(&str, String)> {
-            levels.iter().map(|(name, value)| (name.as_str(), value.to_string())).collect()
-        }
-        let Axes { method, material, speed_deg_per_s, shutter_open_fraction, samples } = &self.axes;
-        [
-            (AXES[0], texts(method)),
-            (AXES[1], texts(material)),
-            (AXES[2], texts(speed_deg_per_s)),
-            (AXES[3], texts(shutter_open_fraction)),
-            (AXES[4], texts(samples)),
-        ]
-    }
-
     /// The stimuli of all cells that `selection` takes, in the order of the axes, and the files that they
     /// are made with.
     ///
@@ -337,11 +234,17 @@ impl Grid {
         for (name, material) in &mut materials {
             material.find_files(&format!("materials.{name}"), &mut assets)?;
         }
-        let cells = self.cells().into_iter().filter(|&cell| selection.takes(cell));
+        let cells: Vec<_> =
+            self.axes.cells().into_iter().filter(|&cell| selection.takes(cell)).collect();
+        let scenes = self.scenes(&scene, &cells, &mut assets)?;
         let exemplars = |cell| (0..self.exemplars).map(move |exemplar| (cell, exemplar));
         let stimuli: Vec<Stimulus> = cells
+            .into_iter()
             .flat_map(exemplars)
-            .map(|(cell, exemplar)| self.stimulus(cell, exemplar, &scene, &materials))
+            .map(|(cell, exemplar)| {
+                let scene = scenes.get(models::of(cell)).unwrap_or(&scene);
+                self.stimulus(cell, exemplar, scene, &materials)
+            })
             .collect();
         stimuli.iter().try_for_each(|stimulus| stimulus.check(&self.name))?;
         Ok((stimuli, assets.found))
@@ -355,27 +258,6 @@ impl Grid {
         Ok(self.resolve(selection)?.0)
     }
 
-    /// The level names of each cell, axis by axis, empty for an axis that the grid does not have; the last axis
-    /// varies fastest.
-    fn cells(&self) -> Vec<[&str; AXES.len()]> {
-        let mut cells = vec![[""; AXES.len()]];
-        for (axis, (_, levels)) in self.levels().into_iter().enumerate() {
-            if !levels.is_empty() {
-                let with = |cell: &[_; _], level| {
-                    let mut cell = *cell;
-                    cell[axis] = level;
-                    cell
-                };
-                let names = || levels.iter().map(|(name, _)| *name);
-                cells = cells
-                    .iter()
-                    .flat_map(|cell| names().map(move |level| with(cell, level)))
-                    .collect();
-            }
-        }
-        cells
-    }
-
     /// The stimulus of the cell with these levels.
     fn stimulus(
         &self,
@@ -384,8 +266,9 @@ impl Grid {
         scene: &Scene,
         materials: &IndexMap<String, Material>,
     ) -> Stimulus {
-        let Axes { method, material, speed_deg_per_s, shutter_open_fraction, samples } = &self.axes;
-        let [of_method, of_material, of_speed, of_shutter, of_samples] = cell;
+        let Axes { method, material, speed_deg_per_s, shutter_open_fraction, samples, .. } =
+            &self.axes;
+        let [of_method, _, of_material, of_speed, of_shutter, of_samples, of_r, of_level] = cell;
         let speed_deg_per_s = speed_deg_per_s[of_speed];
         let shutter_open_fraction = shutter_open_fraction[of_shutter];
         let width_px = self.image.width_px;
@@ -396,11 +279,17 @@ impl Grid {
         let names = |levels: &mut dyn Iterator<Item = (_, &str)>| {
             levels.map(|(_, level)| level).collect::<Vec<_>>().join("-")
         };
-        // Methods have their samples in common, too.
-        let named = |axis: &str| match self.sampling {
-            Sampling::Nested => !["method", "samples"].contains(&axis),
-            Sampling::Independent => axis != "method",
+        // What is compared with one truth has its noise in common with it.
+        let named = |axis: &str| match axis {
+            "method" | "r" | "level_of_detail" => false,
+            "samples" => self.sampling == Sampling::Independent,
+            _ => true,
         };
+        let simplification = self.axes.r.get(of_r).map(|&r| Simplification {
+            level_of_detail: self.axes.level_of_detail[of_level],
+            r,
+            epsilon: Simplification::EPSILON,
+        });
         Stimulus {
             id: names(&mut levels()),
             levels: levels().map(|(axis, level)| (axis.to_string(), level.to_string())).collect(),
@@ -422,6 +311,7 @@ impl Grid {
             trajectory: self.trajectory,
             stereo: self.stereo.clone(),
             scene: scene.clone(),
+            simplification,
         }
     }
 }

@@ -17,6 +17,7 @@ pub mod overview;
 pub mod scene;
 #[cfg(feature = "screen")]
 pub mod screen;
+pub mod simplification;
 pub mod stereo;
 pub mod stimulus;
 pub mod verify;
@@ -28,4 +29,5 @@ pub use generate::{Render, generate};
 pub use grid::{Grid, Selection};
 pub use manifest::{Device, Manifest, Sequence};
 pub use scene::Scene;
+pub use simplification::Simplification;
 pub use stimulus::Stimulus;

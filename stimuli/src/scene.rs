@@ -114,8 +114,10 @@ pub enum BuiltIn {
 }
 
 /// Scenes that come with Shutterlab, by name.
-const SHIPPED: &[(&str, &str)] =
-    &[("rolling-sphere", include_str!("../scenes/rolling-sphere.toml"))];
+const SHIPPED: &[(&str, &str)] = &[
+    ("rolling-sphere", include_str!("../scenes/rolling-sphere.toml")),
+    ("crossing-model", include_str!("../scenes/crossing-model.toml")),
+];
 
 impl Scene {
     /// Parses and checks the shipped scene called `name`, or the scene in the file of that name, which

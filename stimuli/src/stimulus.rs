@@ -1,11 +1,12 @@
 //! A stimulus: one cell of a grid, with every parameter that its pixels depend on.
 
-use crate::assets::Kind;
+use crate::assets::{Kind, made};
 use crate::frames::{EncodedImage, LinearImage, Transfer};
 use crate::scene::object::dot;
 use crate::scene::{
     Camera, Environment, Illumination, LightMap, Material, Motion, Object, Scene, Shape,
 };
+use crate::simplification::Simplification;
 use crate::stereo::{Convergence, EyeNoise, Stereo};
 use crate::viewing::Viewing;
 use indexmap::IndexMap;
@@ -67,6 +68,9 @@ pub struct Stimulus {
     pub stereo: Option<Stereo>,
     /// What is in view.
     pub scene: Scene,
+    /// How the scene's only mesh is simplified, if it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub simplification: Option<Simplification>,
 }
 
 impl ShutterProfile {
@@ -268,7 +272,8 @@ impl Stimulus {
     }
 
     fn seconds_past_half(&self, frame: u32) -> f64 {
-        (f64::from(frame) - f64::from(self.image.frames) / 2.0) / self.image.fps
+        // Of an odd number of frames the middle one shows the middle.
+        (f64::from(frame) - f64::from(self.image.frames / 2)) / self.image.fps
     }
 
     /// Refuses what the scene and the grid do not allow together; `grid` is the grid's name.
@@ -362,6 +367,9 @@ impl Stimulus {
                 return refuse(file, sha256.into(), "a SHA-256 has 64 hexadecimal digits");
             }
         }
+        if let Some(simplification) = &self.simplification {
+            simplification.check(file)?;
+        }
         self.scene.check(file)?;
         self.material.check("material", file)?;
         self.check(file)
@@ -377,7 +385,9 @@ impl Stimulus {
             if let Material::Image { file, sha256, .. } = self.material_of(object) {
                 files.push((file, sha256, Kind::Picture));
             }
-            if let Shape::Mesh { file, sha256, .. } = &object.shape {
+            if let Shape::Mesh { file, sha256, .. } = &object.shape
+                && made(file).is_none()
+            {
                 files.push((file, sha256, Kind::Model));
             }
             let motion = object.motion.as_ref();

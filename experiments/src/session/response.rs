@@ -112,10 +112,10 @@ impl Session {
             Some(Side::B) => &a.stimulus,
             _ => &b.stimulus,
         };
+        let simplified = candidate.simplification.as_ref();
         let [shown_a, shown_b] = [Side::A, Side::B].map(|side| self.showings_of(side));
         let reference = (self.protocol.task == Task::Matching).then(|| self.seen.showings[0]);
         let id = |side: Side| self.set.stimulus(trial.stimulus(side)).id.clone();
-        let number = |axis: &str| candidate.levels.get(axis).and_then(|level| level.parse().ok());
         let Identity { subject, session, station, observer, kind, pilot, viewing } = &self.identity;
         let cadence = viewing.cadence(self.set.fps_shown(&self.protocol));
         let paced = viewing.pacing == Pacing::FixedRefresh;
@@ -181,8 +181,8 @@ impl Session {
             pixels_per_degree: a.stimulus.pixels_per_degree,
             viewed_pixels_per_degree: viewing.pixels_per_degree,
             model: candidate.levels.get("model").cloned(),
-            r: number("r"),
-            level_of_detail: number("level_of_detail"),
+            r: simplified.map(|how| how.r),
+            level_of_detail: simplified.map(|how| how.level_of_detail),
             speed_deg_per_s: candidate.speed_deg_per_s,
             pilot: *pilot,
             answered_at: format!("{utc:.6}"),

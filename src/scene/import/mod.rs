@@ -12,9 +12,11 @@ pub mod obj;
 pub mod ply;
 pub mod stl;
 
+use super::made;
+use crate::mesh::simplify::SimplifyError;
 use crate::mesh::{Mesh, MeshError};
 use glam::Vec3;
-use shutterlab_stimuli::assets::{Asset, Kind};
+use shutterlab_stimuli::assets::{Asset, Kind, MADE, made};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -31,6 +33,14 @@ pub struct Model {
     pub face_materials: Vec<u32>,
     /// At least one. Where a file says nothing, a face is white.
     pub materials: Vec<Material>,
+}
+
+impl Model {
+    /// `mesh`, with nothing said about its faces.
+    pub fn plain(mesh: Mesh) -> Self {
+        let face_materials = vec![0; mesh.triangles.len()];
+        Self { mesh, face_materials, materials: vec![Material::default()] }
+    }
 }
 
 /// How a surface reflects.
@@ -100,6 +110,14 @@ pub enum ImportError {
     /// What was read makes no mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// A model cannot be simplified.
+    #[error("{}: simplification: {source}", path.display())]
+    Simplify {
+        /// The model's file.
+        path: PathBuf,
+        /// What the simplifier said.
+        source: SimplifyError,
+    },
 }
 
 impl ImportError {
@@ -124,6 +142,11 @@ impl ImportError {
 /// The ending is unknown, the file cannot be read, or it holds no mesh that can be used.
 pub fn model(path: &Path) -> Result<Model, ImportError> {
     let file = path.display().to_string();
+    if let Some(name) = made(&file) {
+        let unknown =
+            || ImportError::value(&file, "model", name, format!("one of {}", MADE.join(", ")));
+        return Ok(Model::plain(made::model(name).ok_or_else(unknown)?));
+    }
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     let folder = path.parent().unwrap_or(Path::new(""));
     let model = match ending.as_str() {

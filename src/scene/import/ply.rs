@@ -3,7 +3,7 @@
 //! Read are the element `vertex` (x, y, z; nx, ny, nz; u, v or s, t or texture_u, texture_v) and the
 //! lists `vertex_indices` or `vertex_index` of the element `face`; everything else is passed over.
 
-use super::{ImportError, Material, Model, fan};
+use super::{ImportError, Model, fan};
 use crate::mesh::{MAX_ELEMENTS, Mesh};
 use glam::{Vec2, Vec3};
 
@@ -30,8 +30,7 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<Model, ImportError> {
         }
     }
     mesh.check(file)?;
-    let face_materials = vec![0; mesh.triangles.len()];
-    Ok(Model { mesh, face_materials, materials: vec![Material::default()] })
+    Ok(Model::plain(mesh))
 }
 
 fn vertices(body: &mut Body, element: &Element, mesh: &mut Mesh) -> Result<(), ImportError> {

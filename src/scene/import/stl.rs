@@ -3,7 +3,7 @@
 //! STL lists the corners of every triangle, so corners at one point become one vertex. Normals, which are those
 //! of the faces, colours and names are passed over; several solids are one mesh.
 
-use super::{ImportError, Material, Model};
+use super::{ImportError, Model};
 use crate::mesh::{Mesh, weld::weld};
 use glam::Vec3;
 
@@ -27,8 +27,7 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<Model, ImportError> {
     let triangles = vertices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
     let mesh = Mesh { positions, triangles, ..Mesh::default() };
     mesh.check(file)?;
-    let face_materials = vec![0; mesh.triangles.len()];
-    Ok(Model { mesh, face_materials, materials: vec![Material::default()] })
+    Ok(Model::plain(mesh))
 }
 
 /// Where a binary file ends, by its number of triangles.

@@ -19,7 +19,8 @@ impl Samples {
     pub(super) fn at(self, px_per_shutter: f64) -> u32 {
         match self {
             Self::Count(count) => count,
-            Self::Adaptive => ((1.6 * px_per_shutter).ceil() as u32).clamp(16, MAX_SAMPLES),
+            // What rounding adds to a speed makes no further sample.
+            Self::Adaptive => ((1.6 * px_per_shutter - 1e-3).ceil() as u32).clamp(16, MAX_SAMPLES),
         }
     }
 }

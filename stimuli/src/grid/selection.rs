@@ -1,6 +1,8 @@
 //! Which cells of a grid are meant, as words say it.
 
-use super::{AXES, Grid, Levels};
+use super::Grid;
+use super::axes::{AXES, Cell, Levels};
+use crate::simplification::Simplification;
 use crate::stimulus::Stimulus;
 use indexmap::IndexSet;
 use shutterlab_data_schema::definition::{DefinitionError, nearest};
@@ -20,7 +22,7 @@ impl Selection {
     /// # Errors
     /// An axis or level that `grid` does not have; the nearest known one is named.
     pub fn parse<S: AsRef<str>>(texts: &[S], grid: &Grid) -> Result<Self, DefinitionError> {
-        Self::parse_among(texts, "render", &grid.levels())
+        Self::parse_among(texts, "render", &grid.axes.levels())
     }
 
     /// As [`Selection::parse`], among the levels that `stimuli` have. A material is given by the name of
@@ -77,7 +79,7 @@ impl Selection {
         self.takes(AXES.map(|axis| level_of(stimulus, axis)))
     }
 
-    pub(super) fn takes(&self, cell: [&str; AXES.len()]) -> bool {
+    pub(super) fn takes(&self, cell: Cell<'_>) -> bool {
         let takes = |axes: &[Vec<String>; AXES.len()]| {
             axes.iter()
                 .zip(cell)
@@ -101,13 +103,21 @@ fn levels_of<'a>(stimuli: &[&'a Stimulus]) -> Levels<'a> {
                 "shutter" => stimulus.shutter_open_fraction.to_string(),
                 "samples" => stimulus.samples.to_string(),
                 "method" => stimulus.method.to_string(),
+                "r" => of_simplification(stimulus, |how| how.r),
+                "level_of_detail" => of_simplification(stimulus, |how| how.level_of_detail),
                 _ => name.to_string(),
             };
             (name, value)
         };
-        let levels: IndexSet<_> = stimuli.iter().map(level).collect();
+        let levels: IndexSet<_> =
+            stimuli.iter().map(level).filter(|(name, _)| !name.is_empty()).collect();
         (axis, levels.into_iter().collect())
     })
+}
+
+/// What `of` tells of how the model of `stimulus` is simplified; nothing of an original.
+fn of_simplification(stimulus: &Stimulus, of: impl Fn(&Simplification) -> f64) -> String {
+    stimulus.simplification.as_ref().map_or(String::new(), |how| of(how).to_string())
 }
 
 fn unknown(what: &str, name: &str, known: &[&str]) -> String {

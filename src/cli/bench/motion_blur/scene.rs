@@ -2,7 +2,7 @@
 
 use crate::mesh::Mesh;
 use crate::scene::export;
-use crate::scene::import::{Material, Model};
+use crate::scene::import::Model;
 use anyhow::anyhow;
 use shutterlab_stimuli::assets::{Asset, Kind};
 use shutterlab_stimuli::scene::{self, Camera, Environment, Illumination, Light, Motion, Shape};
@@ -48,9 +48,7 @@ impl<'a> Stage<'a> {
     /// Keeps a model.
     pub fn keep(&self, name: &'static str, mesh: &Mesh) -> anyhow::Result<Kept> {
         let file = self.folder.join(name);
-        let face_materials = vec![0; mesh.triangles.len()];
-        let materials = vec![Material::default()];
-        export::model(&Model { mesh: mesh.clone(), face_materials, materials }, &file)?;
+        export::model(&Model::plain(mesh.clone()), &file)?;
         let kept = Asset::open(&file, Kind::Model)
             .and_then(|asset| asset.keep(self.folder).map(|()| asset.sha256));
         let sha256 = kept.map_err(|error| anyhow!("{}: {error}", file.display()))?;
