@@ -17,6 +17,10 @@ use shutterlab_data_schema::Protocol;
 use shutterlab_data_schema::protocol::{Orders, Pairs, Sequence, Task};
 use shutterlab_data_schema::response::{Answer, Side};
 
+/// The axes of simplified models. Their originals have no r.
+const LEVEL_OF_DETAIL: &str = "level_of_detail";
+pub(crate) const R: &str = "r";
+
 /// What a design is made of: the stimuli 0..n by their levels, and the pairs with a right answer.
 #[derive(Clone, Debug, Default)]
 pub struct Pool {
@@ -31,6 +35,7 @@ pub struct Pool {
 impl Pool {
     /// The stimuli that `protocol` names, before any is rendered: all combinations of its levels, as if
     /// every axis that it does not name had one level. Which stimuli practice and catch pairs show is left open.
+    /// Where the ground truth is the original of a model, it is there once for all r.
     pub fn named_by(protocol: &Protocol) -> Self {
         let levels: Vec<IndexMap<String, String>> =
             protocol.stimuli.iter().fold(vec![IndexMap::new()], |cells, (axis, levels)| {
@@ -41,6 +46,17 @@ impl Pool {
                 };
                 cells.iter().flat_map(|cell| levels.iter().map(|l| with(cell, l))).collect()
             });
+        let original = protocol.design.ground_truth.get(LEVEL_OF_DETAIL);
+        let mut different: Vec<IndexMap<String, String>> = vec![];
+        for mut cell in levels {
+            if original.is_some() && cell.get(LEVEL_OF_DETAIL) == original {
+                cell.shift_remove(R);
+            }
+            if !different.contains(&cell) {
+                different.push(cell);
+            }
+        }
+        let levels = different;
         let other = (levels.len(), levels.len() + 1);
         Self {
             practice: vec![other; protocol.practice.len()],
@@ -322,7 +338,15 @@ fn ground_truth_pairs(
         let names = |levels: &IndexMap<String, String>| {
             levels.values().map(String::as_str).collect::<Vec<_>>().join("-")
         };
-        let truth = pool.levels.iter().position(|levels| *levels == wanted);
+        // The original of a model has no r.
+        let is_wanted = |levels: &IndexMap<String, String>| {
+            let is_level = |(axis, level): (&String, &String)| match levels.get(axis) {
+                Some(own) => own == level,
+                None => axis == R,
+            };
+            levels.keys().all(|axis| wanted.contains_key(axis)) && wanted.iter().all(is_level)
+        };
+        let truth = pool.levels.iter().position(is_wanted);
         let truth = truth.ok_or_else(|| DesignError::NoTruth {
             protocol: protocol.name.clone(),
             truth: names(&wanted),

@@ -21,6 +21,9 @@ const SHIPPED: &[(&str, &str)] = shipped![
     "stereo2samples",
     "stereo3",
     "samedifferent",
+    "zhang-r",
+    "zhang-lod",
+    "zhang-validation",
     "demo",
     "quick",
 ];

@@ -1,7 +1,7 @@
 //! The stimuli of a protocol as rendered sequences: found in a folder, checked against what the
 //! protocol names, and put into the order of the grid.
 
-use crate::design::Pool;
+use crate::design::{Pool, R};
 use shutterlab_data_schema::Protocol;
 use shutterlab_data_schema::definition::nearest;
 use shutterlab_data_schema::protocol::ObviousPair;
@@ -120,12 +120,15 @@ impl StimulusSet {
         let mut sequences = Vec::new();
         let mut missing = Vec::new();
         for cell in cells(&axes) {
-            let found = all.iter().filter(|s| has_levels(&s.manifest.stimulus, &axes, &cell));
-            let before = sequences.len();
-            sequences.extend(found.cloned());
-            if sequences.len() == before {
+            let found: Vec<&Sequence> =
+                all.iter().filter(|s| has_levels(&s.manifest.stimulus, &axes, &cell)).collect();
+            if found.is_empty() {
                 missing.push(cell.join("-"));
             }
+            let is_new =
+                |s: &&Sequence| sequences.iter().all(|known: &Sequence| known.folder != s.folder);
+            let new: Vec<Sequence> = found.into_iter().filter(is_new).cloned().collect();
+            sequences.extend(new);
         }
         let compared = sequences.len();
         let mut indices = |pairs: &[ObviousPair], what: &str| {
@@ -271,7 +274,9 @@ fn axes(protocol: &Protocol, all: &[Sequence]) -> Result<Vec<(String, Vec<String
             .filter_map(|s| s.manifest.stimulus.levels.get(axis).map(String::as_str))
             .collect()
     };
-    let names: Vec<&str> = match all.first() {
+    // The original of a model has an axis less.
+    let fullest = all.iter().rev().max_by_key(|sequence| sequence.manifest.stimulus.levels.len());
+    let names: Vec<&str> = match fullest {
         Some(sequence) => sequence.manifest.stimulus.levels.keys().map(String::as_str).collect(),
         // No sequence at all: let every combination that the protocol names be missing.
         None => {
@@ -317,10 +322,12 @@ fn cells(axes: &[(String, Vec<String>)]) -> Vec<Vec<&str>> {
     })
 }
 
+/// Whether `stimulus` is of this cell; the original of a model is of the cells of all r.
 fn has_levels(stimulus: &Stimulus, axes: &[(String, Vec<String>)], cell: &[&str]) -> bool {
-    axes.iter()
-        .zip(cell)
-        .all(|((axis, _), level)| stimulus.levels.get(axis).is_some_and(|l| l == level))
+    axes.iter().zip(cell).all(|((axis, _), level)| match stimulus.levels.get(axis) {
+        Some(own) => own == level,
+        None => axis == R,
+    })
 }
 
 #[cfg(test)]
