@@ -246,10 +246,8 @@ impl SimulatedObserver {
                     None => None,
                     Some(id) => Some(self.find(id, set)?),
                 };
-                let between = table.between(set).map_err(|what| ObserverError::Differences {
-                    name: self.name(),
-                    file: table.file.clone(),
-                    what,
+                let between = table.between(set, protocol.task).map_err(|what| {
+                    ObserverError::Differences { name: self.name(), file: table.file.clone(), what }
                 })?;
                 let function = *function;
                 Perception::Differences { between: Arc::new(between), function, best }

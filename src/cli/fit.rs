@@ -1,5 +1,7 @@
 //! `shutterlab fit`: the parameters of the papers and psychometric functions, from new answers.
 
+mod frequencies;
+
 use super::analyze::write_report;
 use super::{UsageError, say};
 use anyhow::{anyhow, bail};
@@ -81,6 +83,9 @@ struct Lod {
     /// The spatial frequencies of the rated models: a CSV model,level_of_detail,frequency
     #[arg(long, value_name = "FILE")]
     frequencies: Option<PathBuf>,
+    /// The rendered stimuli of the study, whose simplified models are measured for their spatial frequencies
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["frequencies", "points"])]
+    stimuli: Option<PathBuf>,
     /// Ratings of models simplified with this r only; beside points, the r that they are of
     #[arg(long, value_name = "R", value_parser = parse_from_0)]
     r: Option<f64>,
@@ -214,11 +219,14 @@ fn refit_of_ratings(args: &Lod, path: &Path) -> anyhow::Result<Refit> {
     if let Some(file) = &args.frequencies {
         frequencies = Some(table::read_frequencies(file)?);
     }
+    if let Some(folder) = &args.stimuli {
+        frequencies = Some(frequencies::measured(folder, args.r, args.frequency_unit)?);
+    }
     let Some(frequencies) = frequencies else {
         bail!(
             "{}: frequency: missing: a level of detail is a share of faces and no spatial \
-             frequency; a column `frequency` in a table of ratings or --frequencies FILE is \
-             needed",
+             frequency; a column `frequency` in a table of ratings, --frequencies FILE or \
+             --stimuli DIR is needed",
             path.display()
         );
     };

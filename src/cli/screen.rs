@@ -8,7 +8,8 @@ use shutterlab_stimuli::screen::{Comparison, compare, figure};
 use shutterlab_stimuli::{Selection, Sequence, Stimulus};
 use std::path::{Path, PathBuf};
 
-/// Compare rendered sequences pairwise by ColorVideoVDP, FLIP and PSNR, into screen.csv and screen.svg.
+/// Compare rendered sequences pairwise by ColorVideoVDP, FLIP and PSNR, into screen.csv and screen.svg; where models are
+/// simplified, each with its original alone, into screen.csv.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Folder of sequence folders
@@ -35,9 +36,14 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     }
     let file = args.folder.join("screen.csv");
     let mut rows = read(&file)?;
+    let simplifies = sequences.iter().any(|s| s.manifest.stimulus.simplification.is_some());
+    let is_simplified = |one: &Sequence, original: &Sequence| {
+        one.manifest.stimulus.is_simplified_from(&original.manifest.stimulus)
+    };
     let pairs: Vec<(&Sequence, &Sequence)> = (0..sequences.len())
         .flat_map(|i| (i + 1..sequences.len()).map(move |j| (i, j)))
         .map(|(i, j)| (&sequences[i], &sequences[j]))
+        .filter(|(a, b)| !simplifies || is_simplified(a, b) || is_simplified(b, a))
         .collect();
     let is_of = |row: &Comparison, (a, b): (&Sequence, &Sequence)| {
         row.reference_sha256 == a.manifest.sha256 && row.test_sha256 == b.manifest.sha256
@@ -59,6 +65,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     }
     bar.finish_and_clear();
     write(&file, &rows)?;
+    if simplifies {
+        return say(&file.display().to_string());
+    }
     let svg = args.folder.join("screen.svg");
     rows.retain(|row| pairs.iter().any(|&pair| is_of(row, pair)));
     write_atomically(&svg, figure(&rows).as_bytes())?;

@@ -212,6 +212,18 @@ impl Stimulus {
         }
     }
 
+    /// Whether it shows a simplified model where `other`, alike in all else, shows the original.
+    pub fn is_simplified_from(&self, other: &Self) -> bool {
+        let others = |of: &Self| {
+            let is_other = |axis: &str| !["r", "level_of_detail"].contains(&axis);
+            let levels = of.levels.iter().filter(|(axis, _)| is_other(axis));
+            levels.map(|(axis, level)| (axis.clone(), level.clone())).collect::<Vec<_>>()
+        };
+        self.simplification.is_some()
+            && other.simplification.is_none()
+            && others(self) == others(other)
+    }
+
     /// The surface of `object`.
     pub fn material_of<'a>(&'a self, object: &'a Object) -> &'a Material {
         object.material.as_ref().unwrap_or(&self.material)

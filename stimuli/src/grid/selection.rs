@@ -80,11 +80,13 @@ impl Selection {
     }
 
     pub(super) fn takes(&self, cell: Cell<'_>) -> bool {
-        let takes = |axes: &[Vec<String>; AXES.len()]| {
-            axes.iter()
-                .zip(cell)
-                .all(|(levels, name)| levels.is_empty() || levels.iter().any(|level| level == name))
+        // The original of a model has no r: it is that of all.
+        let is_taken = |((axis, levels), name): ((&str, &Vec<String>), &str)| {
+            levels.is_empty()
+                || levels.iter().any(|level| level == name)
+                || (axis == "r" && name.is_empty())
         };
+        let takes = |axes: &[_; AXES.len()]| AXES.into_iter().zip(axes).zip(cell).all(is_taken);
         self.alternatives.is_empty() || self.alternatives.iter().any(takes)
     }
 }
