@@ -130,7 +130,7 @@ fn two_speeds_give_a_law_and_one_gives_words() {
     assert!(one["fit"].is_null());
     assert!(one["fit_reason"].as_str().unwrap().contains("at the speed 1 only"));
     let said = succeed(folder.path(), &lod("one.csv"));
-    assert!(said.contains("No law follows: 2 points at the speed 1 only"), "{said}");
+    assert!(said.contains("No law through points follows: 2 points at the speed 1 only"), "{said}");
     let error = fail(folder.path(), 1, &[&lod("one.csv")[..], &["-o", "f.toml"]].concat());
     assert!(error.contains("f.toml: not written: 2 points at the speed 1 only"), "{error}");
     let error = fail(folder.path(), 1, &lod("bad.csv"));

@@ -26,6 +26,9 @@ mod motion_blur;
 /// The operator's pages, and what they record.
 #[cfg(all(feature = "window", target_os = "linux"))]
 mod operator;
+/// Tests of simplified models, from the pictures to a simplified mesh.
+#[cfg(feature = "screen")]
+mod perception;
 /// `plan`: what a study can find, for every shipped protocol.
 mod plan;
 /// From simulated answers back to what they were drawn from.

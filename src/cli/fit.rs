@@ -173,16 +173,24 @@ fn fit_lod(args: &Lod) -> anyhow::Result<()> {
     give(&args.output, &Document::of(lead, simulated, vec![section]), path, &refit)?;
     let Some(out) = &args.out else { return Ok(()) };
     let law = refit.law().map_err(|reason| unwritten(out, &reason))?;
-    let points = refit.fit.iter().flat_map(|fit| &fit.points);
-    let models: BTreeSet<String> = points.clone().filter_map(|p| p.point.model.clone()).collect();
+    let (models, count) = match &refit.joint {
+        Some(Ok(joint)) => {
+            (joint.models.iter().map(|under| under.model.clone()).collect(), joint.images)
+        }
+        _ => {
+            let points = refit.fit.iter().flat_map(|fit| &fit.points);
+            let models: BTreeSet<String> =
+                points.clone().filter_map(|p| p.point.model.clone()).collect();
+            (models.into_iter().collect(), points.count())
+        }
+    };
     let Setting { r, observers, simulated, .. } = refit.setting;
-    let count = points.count() as u64;
     write(
         out,
         FittedParameters {
             weight: r.map(|r| Weight { r, share_won: None, epsilon: args.epsilon }),
             law: Some(law),
-            ..fitted(path, observers, models.into_iter().collect(), count, simulated)
+            ..fitted(path, observers, models, count as u64, simulated)
         },
     )
 }

@@ -391,6 +391,56 @@ mod tests {
         }
     }
 
+    fn stimuli(grid: &str, select: &[&str]) -> Vec<Stimulus> {
+        let grid = Grid::load(grid).unwrap();
+        grid.stimuli(&Selection::parse(select, &grid).unwrap()).unwrap()
+    }
+
+    /// Simplified models have an r and a level of detail; the original comes once and has noise in common with them.
+    #[test]
+    fn models_are_an_axis_and_originals_have_no_r() {
+        assert_eq!(stimuli("zhang-r", &[]).len(), 16 * 4 * (8 * 4 + 1));
+        assert_eq!(stimuli("zhang-lod", &[]).len(), 16 * 4 * (7 + 1));
+        assert_eq!(stimuli("zhang-validation", &[]).len(), 5 * 4 * (2 * 4 + 1));
+        let some = stimuli(
+            "zhang-r",
+            &["model=comb,speed=S4,r=4,r=R0125,level_of_detail=0.1,level_of_detail=L100"],
+        );
+        let ids: Vec<&str> = some.iter().map(|stimulus| stimulus.id.as_str()).collect();
+        let comb = |end: &str| format!("comb-G-S4-T-A-{end}");
+        assert_eq!(ids, [comb("L100"), comb("R0125-L10"), comb("R4-L10")]);
+        let simplified = some[2].simplification.unwrap();
+        assert_eq!((simplified.r, simplified.level_of_detail), (4.0, 0.1));
+        assert!(some[0].simplification.is_none() && !some[0].levels.contains_key("r"));
+        assert!(some.iter().all(|stimulus| stimulus.noise_stream == "comb-G-S4-T"));
+        assert!(some.iter().all(|s| s.samples == 432 && s.files().is_empty()));
+        assert!(some[1].is_simplified_from(&some[0]) && !some[0].is_simplified_from(&some[1]));
+        assert_eq!(crate::generate::passes(&some).len(), 3);
+        // The frame shows the middle of the motion.
+        assert_eq!(some[0].path(&some[0].scene.objects[0], 0).distance_m, 0.0);
+    }
+
+    #[test]
+    fn axes_of_models_that_make_no_stimulus_are_refused() {
+        let text = include_str!("../grids/zhang-validation.toml");
+        let refused = |from: &str, to: &str| {
+            let grid = Grid::parse(&text.replace(from, to), "grid");
+            let stimuli = grid.and_then(|grid| grid.stimuli(&Selection::default()));
+            stimuli.unwrap_err().to_string()
+        };
+        for (from, to, expected) in [
+            ("made:ridge", "made:rigde", "did you mean ridge?"),
+            ("made:ridge", "none.ply", "axes.model.ridge.file: none.ply"),
+            ("L4 = 0.04", "L4 = 0.0", "axes.level_of_detail.L4: 0: a part of the faces"),
+            ("R4 = 4.0", "R4 = -1.0", "axes.r.R4: -1: 0 to 1000"),
+            ("R0 = 0.0\nR4 = 4.0", "", "axes.r: no levels: with axes.level_of_detail at least one"),
+            ("crossing-model", "rolling-sphere", "axes.model: 0 meshes in scene rolling-sphere"),
+        ] {
+            let error = refused(from, to);
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+
     #[test]
     fn every_shipped_grid_is_sound() {
         for (name, _) in SHIPPED {

@@ -169,6 +169,17 @@ impl Ratings {
         }
     }
 
+    /// The answers to each image of all observers but number `left_out`.
+    pub(super) fn counts_without(&self, left_out: usize) -> Vec<Counts> {
+        match &self.answers {
+            Answers::Observers(observers) => {
+                let times = (0..observers.len()).map(|observer| u64::from(observer != left_out));
+                self.weighted(observers, &times.collect::<Vec<_>>())
+            }
+            Answers::Together(counts) => counts.clone(),
+        }
+    }
+
     /// Whether there are observers enough to draw from.
     pub(super) fn enough_to_draw(&self) -> Outcome<()> {
         self.observers().map_or(Ok(()), enough_observers)

@@ -2,6 +2,7 @@
 //! units, and the published law.
 
 use super::answers::Ratings;
+use super::joint_law::{JointLaw, joint_law};
 use super::level_of_detail::{CoarsestLevel, Rule};
 use super::over_models::{OverModels, over_models};
 use super::points::{Frequencies, Point, points};
@@ -49,6 +50,8 @@ pub struct Refit {
     pub setting: Setting,
     /// The law.
     pub fit: Outcome<ReciprocalFit>,
+    /// The law from all answers at once; none if points were given or the point rule was asked for.
+    pub joint: Option<Outcome<JointLaw>>,
     /// Bootstrap intervals of σ₁ and σ₂.
     pub bootstrap: Outcome<[Bootstrap; 2]>,
     /// What was drawn for them: `observers`, `answers` or `residuals`.
@@ -112,7 +115,8 @@ pub fn from_ratings(
         unnamed: answers.unnamed,
     };
     let drawn = if answers.observers().is_some() { "observers" } else { "answers" };
-    Ok(Refit { left_out, ..refit(&points, setting, fit, bootstrap, drawn) })
+    let joint = (rule == Rule::Smoothed).then(|| joint_law(answers, frequencies));
+    Ok(Refit { joint, left_out, ..refit(&points, setting, fit, bootstrap, drawn) })
 }
 
 fn refit(
@@ -139,6 +143,7 @@ fn refit(
         sigma_2_less_published: less(published.sigma_2.value, 1, same_frequency),
         r_less_published: setting.r.map(|r| r - PUBLISHED_R),
         over_models,
+        joint: None,
         left_out: Vec::new(),
         setting,
         fit,
@@ -148,12 +153,27 @@ fn refit(
 }
 
 impl Refit {
-    /// The law for a file. From ratings, standard errors and intervals are those of the bootstrap, which
-    /// takes the scatter of the ratings as it is, or missing; from points, those of the least squares.
+    /// The law for a file. From ratings it is that of all answers at once, unless the point rule was asked for; where
+    /// there is none, that through the points, with the intervals of the bootstrap, which takes the scatter
+    /// of the ratings as it is, or without. From points, intervals are those of the least squares.
     ///
     /// # Errors
     /// There is no law.
     pub fn law(&self) -> Outcome<LevelOfDetailLaw> {
+        if let Some(Ok(joint)) = &self.joint {
+            let [sigma_1, sigma_2] = joint.sigma.map(|sigma| Estimate {
+                value: sigma.estimate,
+                se: Some(sigma.se),
+                interval_95: Some(sigma.interval_95),
+            });
+            return Ok(LevelOfDetailLaw {
+                sigma_1,
+                sigma_2,
+                velocity_unit: self.setting.velocity_unit,
+                frequency_unit: self.setting.frequency_unit,
+                no_interval_reason: None,
+            });
+        }
         let fit = self.fit.as_ref().map_err(Clone::clone)?;
         let estimate = |i: usize| {
             let parameter = [&fit.sigma_1, &fit.sigma_2][i];
@@ -183,6 +203,9 @@ impl Serialize for Refit {
         let mut map = serializer.serialize_map(None)?;
         map.serialize_entry("setting", &self.setting)?;
         entry(&mut map, "fit", &self.fit)?;
+        if let Some(joint) = &self.joint {
+            entry(&mut map, "joint", joint)?;
+        }
         entry(&mut map, "bootstrap", &self.bootstrap)?;
         map.serialize_entry("drawn", &self.drawn)?;
         entry(&mut map, "over_models", &self.over_models)?;

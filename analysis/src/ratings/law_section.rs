@@ -1,14 +1,19 @@
 //! The re-fit of the law of the level of detail in words, tables and figures.
 
+use super::joint_law::{self, JointLaw, ModelUnderLaw};
 use super::law::{PUBLISHED_R, Refit};
 use super::law_tables::{figure, models, parameters, residuals, units};
 use super::level_of_detail::Rule;
 use super::reciprocal::{Parameter, ReciprocalFit};
 use super::section::{interval, known, left_out, who};
+use crate::outcome::Outcome;
 use crate::report::labels::significant;
 use crate::report::section::Section;
 use crate::report::section::ZHANG;
 use shutterlab_data_schema::fitted::LevelOfDetailLaw;
+
+/// With a share of "same" that is off by more, a model is named.
+const UNLIKE: f64 = 0.1;
 
 const PUBLISHED: LevelOfDetailLaw = LevelOfDetailLaw::PUBLISHED;
 
@@ -42,7 +47,7 @@ pub fn section(refit: &Refit) -> Section {
                 drawn => format!(
                     "Bootstrap intervals come from {}: their coarsest levels are found and the \
                      law is fitted again. They take the scatter of the ratings as it is, which \
-                     falls with the frequency; with ratings they are the intervals to quote. \
+                     falls with the frequency; where there is no law from all answers they are the ones to quote. \
                      Percentiles are expanded for few observers (Hesterberg 2015).",
                     if drawn == "observers" {
                         "resampled observers"
@@ -51,6 +56,12 @@ pub fn section(refit: &Refit) -> Section {
                     }
                 ),
             },
+            "The law from all answers at once is that of the largest likelihood with P(same) = λ/2 + \
+             (1 − λ) L(c + s·(ln ρ + ln(σ₁v + σ₂))), L the logistic function, lapses λ of 0 to 6 %, and \
+             c such that 80 % say \"same\" where ρ is that of the law. Standard errors are those of the \
+             jackknife over observers, of ln σ₁ and ln σ₂; intervals are Student's (Efron and \
+             Tibshirani 1993, chapter 11)."
+                .into(),
             "A level of detail is a share of faces; its spatial frequency is the reciprocal of \
              the mean perimeter of the model's projected triangles. Between two levels of known \
              frequency it is interpolated on logarithmic scales."
@@ -81,6 +92,9 @@ fn sentences(refit: &Refit) -> Vec<String> {
     let mut lines: Vec<String> = who(setting.simulated).into_iter().collect();
     lines.extend(left_out(setting.unnamed));
     lines.push(format!("Speeds v are in {velocity}, spatial frequencies ρ in {frequency}."));
+    lines.extend(refit.joint.as_ref().map(from_all_answers));
+    let joint = refit.joint.as_ref().and_then(|joint| joint.as_ref().ok());
+    lines.extend(joint.and_then(unlike_the_law));
     match setting.rule {
         Some(Rule::Smoothed) => lines.push(
             "The points are the levels of detail at which a function through the ratings is 0.8."
@@ -95,11 +109,11 @@ fn sentences(refit: &Refit) -> Vec<String> {
         None => {}
     }
     match &refit.fit {
-        Err(reason) => lines.push(format!("No law follows: {reason}.")),
+        Err(reason) => lines.push(format!("No law through points follows: {reason}.")),
         Ok(fit) => {
             lines.push(parameter("σ₁", refit, 0, fit));
             lines.push(parameter("σ₂", refit, 1, fit));
-            if setting.rule.is_some() && refit.bootstrap.is_ok() {
+            if setting.rule.is_some() && joint.is_none() && refit.bootstrap.is_ok() {
                 lines.push(
                     "Quote the bootstrap intervals: points from ratings scatter less where the \
                      frequency is low, and share their observers, which the t and profile \
@@ -135,6 +149,46 @@ fn sentences(refit: &Refit) -> Vec<String> {
         lines.extend(refit.left_out.iter().cloned());
     }
     lines
+}
+
+/// The law from all answers at once.
+fn from_all_answers(found: &Outcome<JointLaw>) -> String {
+    let found = match found {
+        Err(reason) => return format!("No law from all answers at once: {reason}."),
+        Ok(found) => found,
+    };
+    let [one, two] = found.sigma.map(|joint_law::Parameter { estimate, se, interval_95 }| {
+        let [estimate, se] = [estimate, se].map(significant);
+        format!("{estimate} (SE {se}, 95 % interval {})", interval(interval_95))
+    });
+    format!(
+        "From all answers at once ({} to {} images): σ₁ = {one}, σ₂ = {two}; the log-odds of \"same\" grow by {} \
+         with the logarithm of ρ. These are the values to quote: they need no points.",
+        found.answers,
+        found.images,
+        significant(found.slope)
+    )
+}
+
+/// The models for which the law of all does not hold.
+fn unlike_the_law(joint: &JointLaw) -> Option<String> {
+    let off = |of: &&ModelUnderLaw| (of.same - of.expected).abs() > UNLIKE;
+    let percent = |share: f64| (100.0 * share).round();
+    let said: Vec<String> = joint
+        .models
+        .iter()
+        .filter(off)
+        .map(|of| {
+            format!("{} ({} %, by the law {} %)", of.model, percent(of.same), percent(of.expected))
+        })
+        .collect();
+    (!said.is_empty()).then(|| {
+        format!(
+            "One law does not hold for all models: the share of \"same\" is another with {}. Look at the law of \
+             each, below, and at whether such models belong together.",
+            said.join(", ")
+        )
+    })
 }
 
 fn parameter(name: &str, refit: &Refit, i: usize, fit: &ReciprocalFit) -> String {

@@ -7,6 +7,7 @@ pub mod answers;
 pub mod candidates;
 pub mod histogram;
 pub mod images;
+pub mod joint_law;
 pub mod law;
 pub mod law_section;
 mod law_tables;
