@@ -25,7 +25,7 @@ fn main() -> anyhow::Result<()> {
     // The camera looks along −z at the middle of the model, which goes along x.
     let (middle, radius) = model.mesh.bounding_sphere();
     let camera = framing(middle.as_dvec3(), radius.into(), [800, 600], 33.33);
-    let metres_per_pixel = camera.focus_distance_m() / camera.focal_length_px(800);
+    let metres_per_pixel = camera.look_at_distance_m() / camera.focal_length_px(800);
     let motion = Described {
         view: View { camera, travel_m: [[0.0; 3]; 2], shift_px: 0.0, noise: 0 },
         width_px: 800,

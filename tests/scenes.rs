@@ -71,6 +71,24 @@ fn a_light_map_lights_the_scene_and_travels_with_it() {
     assert!(floor(folder.path()) < 1.0, "{}", floor(folder.path()));
 }
 
+/// A manifest tells of a lens where there is one, and of none where there is not, as it did before there were any.
+#[test]
+fn manifests_name_the_lens() {
+    let folder = tempfile::tempdir().unwrap();
+    let manifest = |to: &str| {
+        grid_with(folder.path(), "focal_length_mm", to);
+        succeed(folder.path(), WORDS);
+        std::fs::read_to_string(folder.path().join("out/M2-S2-T3-A3/sequence.json")).unwrap()
+    };
+    let pinhole = manifest("focal_length_mm");
+    assert!(!pinhole.contains("aperture") && !pinhole.contains("focus_distance"), "{pinhole}");
+    std::fs::remove_dir_all(folder.path().join("out")).unwrap();
+    let lens = manifest("aperture_f_number = 0.5\nfocal_length_mm");
+    assert!(lens.contains("\"aperture_f_number\": 0.5"), "{lens}");
+    let frames = |text: &str| text.split("\"frames\"").nth(1).map(str::to_string);
+    assert_ne!(frames(&pinhole), frames(&lens));
+}
+
 #[test]
 fn scenes_that_cannot_be_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
@@ -81,6 +99,21 @@ fn scenes_that_cannot_be_are_refused_by_name() {
             "mine.toml: objects[1].material.albedo: 1.5: a reflectance is 0 to 1",
         ),
         ("albedo = [0.5", "albdo = [0.5", "line 29: unknown field `albdo`"),
+        (
+            "focal_length_mm",
+            "aperture_f_number = 0.0\nfocal_length_mm",
+            "camera.aperture_f_number: 0: f-numbers of 0.01 to 1000000 are allowed",
+        ),
+        (
+            "focal_length_mm",
+            "aperture_f_number = 2.0\nfocus_distance_m = -1.0\nfocal_length_mm",
+            "camera.focus_distance_m: -1: 0.01 to 1000000 m are allowed",
+        ),
+        (
+            "focal_length_mm",
+            "focus_distance_m = 1.0\nfocal_length_mm",
+            "camera.focus_distance_m: 1: only with camera.aperture_f_number",
+        ),
         ("radius_m = 0.1", "radius_m = nan", "objects[0].shape.radius_m: NaN"),
         (
             "[0.0, 0.5, 3.0]",

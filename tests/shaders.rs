@@ -49,9 +49,11 @@ fn layouts_in_rust() -> Vec<(&'static str, Layout)> {
             right,
             moves,
             up,
-            focus_distance,
+            look_at_distance,
             travel,
+            lens_radius,
             look_at_travel,
+            focus_distance,
         }),
         layout!(Object {
             to_axis,
@@ -108,6 +110,7 @@ fn variants() -> [Variant; 3] {
         planes_turn: true,
         planes_tilt: true,
         camera_moves: true,
+        has_lens: true,
         coats: true,
         meshes_move: true,
         is_local: false,
@@ -120,6 +123,7 @@ fn variants() -> [Variant; 3] {
         planes_turn: false,
         planes_tilt: false,
         camera_moves: false,
+        has_lens: false,
         coats: false,
         meshes_move: false,
         ..many.clone()

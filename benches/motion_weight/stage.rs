@@ -57,7 +57,7 @@ impl Stage {
     /// at the model's middle or, turning, at half the radius of a disc of the model's area.
     pub fn motions(&self, speed: f64) -> [(&'static str, Described); 5] {
         let metres =
-            self.view.camera.focus_distance_m() / self.view.camera.focal_length_px(IMAGE_PX[0]);
+            self.view.camera.look_at_distance_m() / self.view.camera.focal_length_px(IMAGE_PX[0]);
         let described = |translation: DVec3, angle: f64| Described {
             view: self.view.clone(),
             width_px: IMAGE_PX[0],

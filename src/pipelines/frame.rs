@@ -1,6 +1,7 @@
 //! A frame of a stimulus as all pipelines read it, and what frames have in common.
 
-use crate::sampling::random::StreamKey;
+use crate::sampling::random::{StreamKey, unit};
+use crate::sampling::{sampler, warp};
 use crate::scene::camera::Camera;
 use crate::scene::environment::Environment;
 use crate::scene::import::ImportError;
@@ -12,7 +13,7 @@ use crate::shading::direct::from_lights;
 use crate::shading::material::Material;
 use crate::shading::surface::Surface;
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use shutterlab_stimuli::scene::Illumination;
 use shutterlab_stimuli::stimulus::{Sampler, View};
 use shutterlab_stimuli::{Stimulus, scene};
@@ -168,13 +169,31 @@ impl Frame {
 }
 
 impl FrameParams {
-    /// The ray through the point (`in_x`, `in_y`) of pixel (x, y), both from 0 to 1, at an instant.
-    pub fn ray(&self, [x, y]: [u32; 2], [in_x, in_y]: [f32; 2], shutter: f32) -> (Vec3, Vec3) {
+    /// The ray through the point (`in_x`, `in_y`) of pixel (x, y), both from 0 to 1, at an instant, from a point of the
+    /// lens, a unit disk.
+    pub fn ray(
+        &self,
+        [x, y]: [u32; 2],
+        [in_x, in_y]: [f32; 2],
+        shutter: f32,
+        lens: Vec2,
+    ) -> (Vec3, Vec3) {
         self.camera.ray(
             x as f32 + in_x - 0.5 * self.width as f32,
             y as f32 + in_y - 0.5 * self.height as f32,
             shutter,
+            lens,
         )
+    }
+
+    /// The point of the lens that a sample of a pixel sees from; a pinhole has but one.
+    pub fn lens(&self, pixel: u32, sample: u32) -> Vec2 {
+        if self.camera.lens_radius == 0.0 {
+            return Vec2::ZERO;
+        }
+        let key = StreamKey(self.key);
+        let words = sampler::lens_words(self.sampler(), key, self.strata, pixel, sample);
+        warp::concentric_disk(words.map(unit))
     }
 
     /// The sampler.

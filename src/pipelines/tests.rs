@@ -1,5 +1,7 @@
 //! What the methods have in common: in local illumination all show the same.
 
+mod lens;
+
 use super::{OpenDevice, Pipeline};
 use glam::Vec3;
 use shutterlab_stimuli::assets::{Asset, Kind};
@@ -94,7 +96,8 @@ fn scene(assets: &Path, name: &str, model: &str, motion: Motion) -> Stimulus {
     stimulus
 }
 
-/// Translation, rotation, approach, what goes through the camera's plane, and what is thinner than a pixel.
+/// Translation, rotation, approach, what goes through the camera's plane, what is thinner than a pixel, and the first
+/// before a lens.
 fn scenes(assets: &Path) -> Vec<(&'static str, Stimulus)> {
     let along = |direction: [f64; 3], speed: f64| Motion {
         speed_m_per_s: Some(speed),
@@ -113,8 +116,13 @@ fn scenes(assets: &Path) -> Vec<(&'static str, Stimulus)> {
         position: [0.5, 0.0, 0.0],
         look_at: [0.0, 2.0, 0.0],
     });
+    let crossing = scene(assets, "ball.obj", &ball(0.6), along([1.0, 0.3, 0.0], 20.0));
+    // Circles of confusion of up to five pixels, at the rim of the ball; its front is in focus.
+    let mut lens = crossing.clone();
+    let camera = &mut lens.scene.camera;
+    (camera.aperture_f_number, camera.focus_distance_m) = (Some(0.05), Some(2.4));
     vec![
-        ("translation", scene(assets, "ball.obj", &ball(0.6), along([1.0, 0.3, 0.0], 20.0))),
+        ("translation", crossing),
         (
             "rotation",
             scene(
@@ -127,6 +135,7 @@ fn scenes(assets: &Path) -> Vec<(&'static str, Stimulus)> {
         ("approach", scene(assets, "near.obj", &ball(0.5), along([0.1, 0.0, 1.0], 40.0))),
         ("near plane", passing),
         ("thin", scene(assets, "comb.obj", &comb(), along([0.4, 0.1, 0.0], 10.0))),
+        ("lens", lens),
     ]
 }
 

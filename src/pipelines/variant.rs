@@ -31,6 +31,8 @@ pub struct Variant {
     pub planes_tilt: bool,
     /// Whether the camera moves.
     pub camera_moves: bool,
+    /// Whether the camera is a lens, not a pinhole.
+    pub has_lens: bool,
     /// Whether any surface is not Lambertian.
     pub coats: bool,
     /// Whether any mesh has a second pose.
@@ -53,6 +55,7 @@ impl Variant {
             planes_tilt: planes.iter().any(Object::is_turned),
             planes_turn: planes.iter().any(|plane| plane.turns_per_m != 0.0),
             camera_moves: frame.params.camera.moves != 0,
+            has_lens: frame.params.camera.lens_radius > 0.0,
             coats: frame.bsdfs.iter().any(|bsdf| *bsdf != Bsdf::new(None)),
             is_local: frame.params.is_local != 0,
             meshes_move: world.meshes.iter().any(|of| of.mesh.end_positions.is_some()),
@@ -76,6 +79,7 @@ impl Variant {
             ("PLANES_TURN", self.planes_turn),
             ("PLANES_TILT", self.planes_tilt),
             ("CAMERA_MOVES", self.camera_moves),
+            ("HAS_LENS", self.has_lens),
             ("COATS", self.coats),
             ("MESHES_MOVE", self.meshes_move),
             ("IS_LOCAL", self.is_local),

@@ -7,7 +7,7 @@ use crate::mesh::ray::Ray;
 use crate::sampling::random::{StreamKey, unit};
 use crate::scene::camera::Camera;
 use crate::scene::screen_motion;
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 use shutterlab_stimuli::stimulus::View;
 
 /// Draws points (x·z, y·z, z) with x and y from the image's corner.
@@ -200,7 +200,7 @@ fn rays_see_the_same() {
         let (mut seen, mut differing) = (0, 0);
         for (pixel, (&depth, fragment)) in raster.depths.iter().zip(&raster.fragments).enumerate() {
             let (x, y) = ((pixel % 80) as f32 - 39.5, (pixel / 80) as f32 - 29.5);
-            let (origin, direction) = camera.ray(x, y, 0.0);
+            let (origin, direction) = camera.ray(x, y, 0.0, Vec2::ZERO);
             let ray = Ray { origin, direction, time: 0.0, between: [0.0, f32::INFINITY] };
             let hit = bvh.nearest(&ray);
             seen += u32::from(hit.is_some());

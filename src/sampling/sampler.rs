@@ -12,9 +12,14 @@
 //!   (Burley, *Practical Hash-based Owen Scrambling*, JCGT 9(4), 2020, with the hash of Vegdahl 2021).
 //!   Sets are padded: between two of them there is no more than chance. A prefix of 2^k samples is
 //!   itself stratified.
+//!
+//! The point of the lens is one more padded pair, made only for cameras that have one.
 
 use super::random::{StreamKey, mix, unit};
 use shutterlab_stimuli::stimulus::Sampler;
+
+/// The block of the words of the lens, beyond those of all hits.
+const LENS_BLOCK: u32 = 0x4c45_4e53;
 
 /// Blocks 0 and 1 of sample `sample` of pixel `pixel`, of `strata` samples in all.
 pub fn first_blocks(
@@ -49,6 +54,23 @@ pub fn first_blocks(
             let [u, v] = sobol_pair(index, [b[3], c[0], c[1]]);
             [[x, y, instant, shift], [light, in_light, u, v]]
         }
+    }
+}
+
+/// The words for the point of the lens of sample `sample` of pixel `pixel`, of `strata` samples in all.
+pub fn lens_words(
+    sampler: Sampler,
+    key: StreamKey,
+    strata: u32,
+    pixel: u32,
+    sample: u32,
+) -> [u32; 2] {
+    let [x, y, ..] = key.words(pixel, sample, LENS_BLOCK);
+    let [a, b, c, _] = key.words(pixel, u32::MAX, LENS_BLOCK);
+    match sampler {
+        Sampler::Random => [x, y],
+        Sampler::Stratified => multi_jittered_pair(sample, strata, [a, b, c], [x, y].map(unit)),
+        Sampler::Sobol => sobol_pair(sample.reverse_bits(), [a, b, c]),
     }
 }
 
@@ -146,14 +168,15 @@ mod tests {
 
     const SAMPLERS: [Sampler; 3] = [Sampler::Random, Sampler::Stratified, Sampler::Sobol];
 
-    /// Row, instant, light and the place in the light, then x and shift, then the pair to go on by.
-    fn words(sampler: Sampler, key: StreamKey, count: u32, pixel: u32, sample: u32) -> [u32; 8] {
+    /// Row, instant, light and the place in the light, then x and shift, the pair to go on by, and the lens.
+    fn words(sampler: Sampler, key: StreamKey, count: u32, pixel: u32, sample: u32) -> [u32; 10] {
         let [[x, y, instant, shift], [light, in_light, u, v]] =
             first_blocks(sampler, key, count, pixel, sample);
-        [instant, light, in_light, y, x, shift, u, v]
+        let [lens, in_lens] = lens_words(sampler, key, count, pixel, sample);
+        [instant, light, in_light, y, x, shift, u, v, lens, in_lens]
     }
 
-    fn points(sampler: Sampler, count: u32, pixel: u32) -> Vec<[f64; 8]> {
+    fn points(sampler: Sampler, count: u32, pixel: u32) -> Vec<[f64; 10]> {
         let key = StreamKey::new(7, "points", 0, 0, 3);
         (0..count)
             .map(|s| words(sampler, key, count, pixel, s).map(|w| f64::from(unit(w))))
@@ -180,7 +203,7 @@ mod tests {
             let points = points(Sampler::Sobol, 256, pixel);
             for k in 0..=8_u32 {
                 for run in points.chunks(1 << k) {
-                    for pair in [0, 4, 6] {
+                    for pair in [0, 4, 6, 8] {
                         for across in 0..=k {
                             let (columns, rows) = (1_u32 << across, 1_u32 << (k - across));
                             let mut seen = vec![false; 1 << k];
@@ -192,7 +215,7 @@ mod tests {
                             assert!(seen.iter().all(|&seen| seen), "{pixel} {k} {pair} {across}");
                         }
                     }
-                    for dimension in 0..8 {
+                    for dimension in 0..10 {
                         let mut seen = vec![false; 1 << k];
                         run.iter()
                             .for_each(|p| seen[(p[dimension] * run.len() as f64) as usize] = true);
@@ -207,7 +230,7 @@ mod tests {
     #[test]
     fn stratified_points_fill_every_row_and_column() {
         for count in [1, 2, 4, 7, 12, 100, 128, 384] {
-            for axis in [4, 3, 0, 5, 1, 2, 6, 7] {
+            for axis in 0..10 {
                 let mut strata: Vec<u32> = points(Sampler::Stratified, count, 5)
                     .iter()
                     .map(|p| (p[axis] * f64::from(count) + 1e-4) as u32)
@@ -217,7 +240,7 @@ mod tests {
                 // The last of the columns is short where the count is no product of the sides.
                 let columns = (f64::from(count)).sqrt() as u32;
                 let is_product = count % columns == 0;
-                if [3, 5, 2, 7].contains(&axis) || is_product {
+                if [3, 5, 2, 7, 9].contains(&axis) || is_product {
                     assert_eq!(strata.len(), count as usize, "{count}, axis {axis}");
                 }
             }
@@ -232,12 +255,12 @@ mod tests {
         const N: u32 = 1 << 16;
         for sampler in SAMPLERS {
             for sample in [0, 1, 77] {
-                let mut means = [0.0; 8];
-                let mut products = [[0.0; 8]; 8];
+                let mut means = [0.0; 10];
+                let mut products = [[0.0; 10]; 10];
                 for pixel in 0..N {
                     let u =
                         words(sampler, key, 128, pixel, sample).map(|w| f64::from(unit(w)) - 0.5);
-                    for a in 0..8 {
+                    for a in 0..10 {
                         means[a] += u[a] / f64::from(N);
                         for b in 0..a {
                             products[a][b] += 12.0 * u[a] * u[b] / f64::from(N);
@@ -263,17 +286,18 @@ mod tests {
         for sampler in SAMPLERS {
             let (mut sum, mut square) = (0.0, 0.0);
             for pixel in 0..PIXELS {
-                let points: Vec<[f64; 8]> = (0..N)
+                let points: Vec<[f64; 10]> = (0..N)
                     .map(|s| words(sampler, key, N, pixel, s).map(|w| f64::from(unit(w))))
                     .collect();
-                let mean =
-                    |f: &dyn Fn(&[f64; 8]) -> f64| points.iter().map(f).sum::<f64>() / f64::from(N);
+                let mean = |f: &dyn Fn(&[f64; 10]) -> f64| {
+                    points.iter().map(f).sum::<f64>() / f64::from(N)
+                };
                 sum += mean(&|u| u.iter().map(|u| 2.0 * u).product()) / f64::from(PIXELS);
                 let smooth = mean(&|u| u[0] * u[1] * u[2] * u[3]) - 0.0625;
                 square += smooth * smooth / f64::from(PIXELS);
             }
-            // The variance of the product is (4/3)⁸ − 1 = 8.99, of the smooth one 3⁻⁴ − 4⁻⁴.
-            let standard_error = (8.99 / f64::from(N * PIXELS)).sqrt();
+            // The variance of the product is (4/3)¹⁰ − 1 = 16.76, of the smooth one 3⁻⁴ − 4⁻⁴.
+            let standard_error = (16.76 / f64::from(N * PIXELS)).sqrt();
             assert!((sum - 1.0).abs() < 5.0 * standard_error, "{sampler:?} {sum}");
             let by_chance = (1.0 / 81.0 - 1.0 / 256.0) / f64::from(N);
             let ratio = square / by_chance;

@@ -2,6 +2,7 @@
 
 const RANDOM: u32 = 0u;
 const STRATIFIED: u32 = 1u;
+const LENS_BLOCK: u32 = 0x4c454e53u;
 
 struct FirstBlocks {
     start: vec4u,
@@ -41,6 +42,19 @@ fn first_blocks(key: vec2u, strata: u32, pixel: u32, sample: u32) -> FirstBlocks
     let lens = sobol_pair(index, b.xyz);
     let onward = sobol_pair(index, vec3u(b.w, c.xy));
     return FirstBlocks(vec4u(lens.x, joint.w, joint.x, lens.y), vec4u(joint.yz, onward));
+}
+
+// The words for the point of the lens.
+fn lens_words(key: vec2u, strata: u32, pixel: u32, sample: u32) -> vec2u {
+    let own = random_words(key, pixel, sample, LENS_BLOCK);
+    if SAMPLER == RANDOM {
+        return own.xy;
+    }
+    let seeds = random_words(key, pixel, 0xffffffffu, LENS_BLOCK);
+    if SAMPLER == STRATIFIED {
+        return multi_jittered_pair(sample, strata, seeds.xyz, units(own).xy);
+    }
+    return sobol_pair(reverseBits(sample), seeds.xyz);
 }
 
 fn units(words: vec4u) -> vec4f {

@@ -1,7 +1,7 @@
 //! Warps of uniform numbers into directions, and the angles of directions. Angles are in turns; the
 //! polynomials are the same on both devices, which brings the twins together.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::f32::consts::FRAC_PI_2;
 
 /// (sin 2πu, cos 2πu) for u ∈ [0, 1], to 4·10⁻⁷: Taylor polynomials on the eighth of a turn about
@@ -48,6 +48,21 @@ pub fn cosine_hemisphere(n: Vec3, u: [f32; 2]) -> Vec3 {
     if length_squared < 1e-12 { n } else { sum * (1.0 / length_squared.sqrt()) }
 }
 
+/// A uniform point of the unit disk: squares about the middle of [0, 1)² become circles [ShirleyChiu1997], so
+/// that what is even stays even.
+pub fn concentric_disk(u: [f32; 2]) -> Vec2 {
+    let [x, y] = u.map(|u| 2.0 * u - 1.0);
+    let (radius, turns) = if x.abs() > y.abs() {
+        (x, 0.125 * (y / x))
+    } else if y != 0.0 {
+        (y, 0.25 - 0.125 * (x / y))
+    } else {
+        return Vec2::ZERO;
+    };
+    let (sin, cos) = sin_cos_turns(turns);
+    radius * Vec2::new(cos, sin)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -77,6 +92,28 @@ mod tests {
             }
         }
         assert_eq!(atan2_turns(0.0, 0.0), 0.0);
+    }
+
+    /// Bins of equal area hold equal parts of a fine grid, and neighbours stay neighbours.
+    #[test]
+    fn the_disk_is_filled_evenly() {
+        const SIDE: u32 = 512;
+        let at = |i: u32, j: u32| concentric_disk([i, j].map(|k| (k as f32 + 0.5) / SIDE as f32));
+        let mut bins = [0_u32; 64];
+        for (i, j) in (0..SIDE).flat_map(|i| (0..SIDE).map(move |j| (i, j))) {
+            let point = at(i, j);
+            assert!(point.length() < 1.0);
+            let ring = (8.0 * point.length_squared()) as usize;
+            let turn = point.y.atan2(point.x) / TAU + 0.5;
+            bins[8 * ring + (8.0 * turn).min(7.0) as usize] += 1;
+            let step = 2.0 * 2.0 / SIDE as f32;
+            assert!(i == 0 || at(i - 1, j).distance(point) < step, "{i} {j}");
+            assert!(j == 0 || at(i, j - 1).distance(point) < step, "{i} {j}");
+        }
+        let expected = f64::from(SIDE * SIDE) / 64.0;
+        let is_even = |&n: &u32| (f64::from(n) / expected - 1.0).abs() < 0.05;
+        assert!(bins.iter().all(is_even), "{bins:?}");
+        assert_eq!(concentric_disk([0.5; 2]), Vec2::ZERO);
     }
 
     /// χ² of the sampler against its density: bins of equal probability in cos² θ (uniform under the

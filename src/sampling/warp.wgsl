@@ -38,3 +38,17 @@ fn cosine_hemisphere(n: vec3f, u: vec2f) -> vec3f {
     }
     return sum * (1.0 / sqrt(length_squared));
 }
+
+// A uniform point of the unit disk; squares about the middle of [0, 1)² become circles.
+fn concentric_disk(u: vec2f) -> vec2f {
+    let p = 2.0 * u - 1.0;
+    var radius = p.x;
+    var turns = 0.0;
+    if abs(p.x) > abs(p.y) {
+        turns = 0.125 * (p.y / p.x);
+    } else if p.y != 0.0 {
+        radius = p.y;
+        turns = 0.25 - 0.125 * (p.x / p.y);
+    }
+    return radius * sin_cos_turns(turns).yx;
+}

@@ -1,4 +1,4 @@
-// The pinhole camera: twin of camera.rs. The module that uses it declares the constant `CAMERA_MOVES`.
+// The camera: twin of camera.rs. The module that uses it declares the constants `CAMERA_MOVES` and `HAS_LENS`.
 
 struct Camera {
     position: vec3f,
@@ -8,9 +8,11 @@ struct Camera {
     right: vec3f,
     moves: u32,
     up: vec3f,
-    focus_distance: f32,
+    look_at_distance: f32,
     travel: vec3f,
+    lens_radius: f32,
     look_at_travel: vec3f,
+    focus_distance: f32,
 }
 
 struct CameraRay {
@@ -18,19 +20,30 @@ struct CameraRay {
     direction: vec3f,
 }
 
-// The ray through the point of the image x pixels to the right of its centre and y below.
-fn camera_ray(camera: Camera, at: vec2f, shutter: f32) -> CameraRay {
+// The ray through the point of the image x pixels to the right of its centre and y below, from a point of the lens,
+// a unit disk.
+fn camera_ray(camera: Camera, at: vec2f, shutter: f32, lens: vec2f) -> CameraRay {
     let x = (at.x - camera.shift_px) / camera.focal_length_px;
     let y = at.y / camera.focal_length_px;
-    if !CAMERA_MOVES {
-        return CameraRay(camera.position, normalize(camera.forward + camera.right * x - camera.up * y));
+    var origin = camera.position;
+    var forward = camera.forward;
+    var right = camera.right;
+    var up = camera.up;
+    if CAMERA_MOVES {
+        let to_look_at =
+            forward * camera.look_at_distance + (camera.look_at_travel - camera.travel) * shutter;
+        forward = normalize_or(to_look_at, forward);
+        right = normalize_or(vec3f(-forward.z, 0.0, forward.x), right);
+        up = cross(right, forward);
+        origin += camera.travel * shutter;
     }
-    let to_look_at =
-        camera.forward * camera.focus_distance + (camera.look_at_travel - camera.travel) * shutter;
-    let forward = normalize_or(to_look_at, camera.forward);
-    let right = normalize_or(vec3f(-forward.z, 0.0, forward.x), camera.right);
-    let up = cross(right, forward);
-    return CameraRay(camera.position + camera.travel * shutter, normalize(forward + right * x - up * y));
+    var direction = forward + right * x - up * y;
+    if HAS_LENS {
+        let aside = (right * lens.x + up * lens.y) * camera.lens_radius;
+        origin += aside;
+        direction -= aside / camera.focus_distance;
+    }
+    return CameraRay(origin, normalize(direction));
 }
 
 fn normalize_or(v: vec3f, otherwise: vec3f) -> vec3f {

@@ -296,7 +296,7 @@ impl Stimulus {
         }
         if self.scene.camera.motion.is_some() {
             for frame in 0..self.image.frames {
-                let distance = self.camera_at(frame).0.focus_distance_m();
+                let distance = self.camera_at(frame).0.look_at_distance_m();
                 if distance < 1e-3 {
                     let allowed =
                         "in no frame may it come nearer than 0.001 m to the point it looks at";

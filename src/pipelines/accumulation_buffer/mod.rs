@@ -3,8 +3,8 @@
 //! Method, for N images:
 //! 1. image k shows the instant that the part (k + ½)/N of the light has come through by, at the centres of N equal
 //!    shares, so that the joins between frames weigh no more than any other instant;
-//! 2. all of it is seen through one point of the pixel, which differs from image to image: with the instants these
-//!    points are evenly spread in three dimensions;
+//! 2. all of it is seen through one point of the pixel and, if the camera has a lens, from one point of it; both differ
+//!    from image to image and are with the instants evenly spread in five dimensions;
 //! 3. triangles are rasterized, and what is seen in each pixel is shaded by the lights alone;
 //! 4. radiance is added up in linear single precision.
 //!
@@ -15,6 +15,8 @@ pub mod reference;
 use super::frame::FrameParams;
 use crate::sampling::random::{StreamKey, unit};
 use crate::sampling::sampler;
+use crate::sampling::warp::concentric_disk;
+use glam::Vec2;
 
 /// One of the images.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +25,8 @@ struct Image {
     shutter: f32,
     /// The point of the pixel that it is seen through, from 0 to 1.
     in_pixel: [f32; 2],
+    /// The point of the lens, a unit disk, that it is seen from.
+    lens: Vec2,
     /// Looks the environment up a little aside.
     word: u32,
 }
@@ -31,11 +35,16 @@ struct Image {
 fn images(params: &FrameParams, count: u32) -> Vec<Image> {
     let shutter = params.shutter();
     let image = |k: u32| {
-        // Of Sobol' the first two dimensions, which with k/N make a set that is even in all three.
-        let [[_, _, x, word], [y, ..]] =
+        // The first four dimensions of Sobol', which with k/N make a set that is even in all five.
+        let [[_, v, x, word], [y, u, ..]] =
             sampler::first_blocks(params.sampler(), StreamKey(params.key), count, 0, k);
         let share = (k as f32 + 0.5) / count as f32;
-        Image { shutter: shutter.instant(share), in_pixel: [x, y].map(unit), word }
+        Image {
+            shutter: shutter.instant(share),
+            in_pixel: [x, y].map(unit),
+            lens: concentric_disk([u, v].map(unit)),
+            word,
+        }
     };
     (0..count).map(image).collect()
 }

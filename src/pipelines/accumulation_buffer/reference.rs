@@ -8,7 +8,7 @@ use crate::raster::Raster;
 use crate::raster::shapes::{object_to_image, shapes};
 use crate::scene::environment::{Environment, luminance};
 use crate::scene::world::{Instant, Met, World};
-use glam::{Affine3A, Mat3, Vec3, Vec4};
+use glam::{Affine3A, Mat3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use shutterlab_stimuli::stimulus::View;
 use std::borrow::Cow;
@@ -29,7 +29,8 @@ pub fn films(
 
 /// The film of `count` images of `frame` as `view` sees it.
 fn film(frame: &Frame, world: &World, environment: &Environment, view: &View, count: u32) -> Film {
-    let (width, height) = (frame.params.width, frame.params.height);
+    let params = &frame.params;
+    let (width, height) = (params.width, params.height);
     let shapes = shapes(world, &frame.objects);
     // Where the triangles of each object end in the count of all.
     let mut ends = vec![];
@@ -40,7 +41,7 @@ fn film(frame: &Frame, world: &World, environment: &Environment, view: &View, co
     let mut sums = vec![Vec4::ZERO; (width * height) as usize];
     // Behind the objects, where nothing has to be looked up.
     let behind = environment.uniform();
-    for batch in images(&frame.params, count).chunks(BATCH) {
+    for batch in images(params, count).chunks(BATCH) {
         let pairs = rasters.par_iter_mut().zip(batch);
         pairs.for_each(|(raster, image)| draw(raster, frame, &shapes, view, image));
         sums.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
@@ -52,7 +53,7 @@ fn film(frame: &Frame, world: &World, environment: &Environment, view: &View, co
                         Some(radiance) if raster.depths[pixel].is_infinite() => radiance,
                         _ => {
                             let place = [x as u32, y as u32];
-                            let ray = frame.params.ray(place, image.in_pixel, image.shutter);
+                            let ray = params.ray(place, image.in_pixel, image.shutter, image.lens);
                             let seen = met(&instant, raster, &ends, pixel, ray);
                             let tent = tent(image.word);
                             frame.local_radiance(&instant, environment, seen, ray, tent)
@@ -70,8 +71,10 @@ fn film(frame: &Frame, world: &World, environment: &Environment, view: &View, co
 fn draw(raster: &mut Raster, frame: &Frame, shapes: &[Cow<'_, Mesh>], view: &View, image: &Image) {
     raster.clear();
     // The point of the pixel comes to its centre, where the rasterizer looks.
-    let [x, y] = image.in_pixel.map(|at| 0.5 - at);
-    let shift = Affine3A::from_mat3(Mat3::from_cols(Vec3::X, Vec3::Y, Vec3::new(x, y, 1.0)));
+    let to_centre = Vec2::from(image.in_pixel.map(|at| 0.5 - at));
+    let [near, with_depth] = frame.params.camera.parallax(image.lens);
+    let shear = Mat3::from_cols(Vec3::X, Vec3::Y, (to_centre + with_depth).extend(1.0));
+    let shift = Affine3A::from_mat3_translation(shear, near.extend(0.0));
     for (object, shape) in frame.objects.iter().zip(shapes) {
         let pose = object.at(image.shutter);
         let to_image = object_to_image(view, frame.params.width, object, &pose, image.shutter);

@@ -2,7 +2,8 @@
 //! own point in the pixel and its own instant of the shutter interval, at which all that moves stands still.
 //!
 //! Method, for sample s of a pixel:
-//! 1. draw a point of the pixel (box filter) and an instant of the shutter interval (by its profile);
+//! 1. draw a point of the pixel (box filter), an instant of the shutter interval (by its profile) and, if the camera
+//!    has a lens, a point of it;
 //! 2. follow the ray; at each of at most five surface hits, look at every light without extent, draw a
 //!    light direction from the environment (next-event estimation) and one from the surface to go on;
 //! 3. weigh the two by the balance heuristic (Veach and Guibas 1995): the light sample adds

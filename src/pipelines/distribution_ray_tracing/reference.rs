@@ -69,7 +69,8 @@ fn path_radiance(
     let [in_x, in_y, instant, _] = start.map(unit);
     let shutter = params.shutter().instant(instant);
     let instant = Instant { world, objects: &frame.objects, shutter };
-    let (mut origin, mut direction) = params.ray([x, y], [in_x, in_y], shutter);
+    let lens = params.lens(pixel, sample);
+    let (mut origin, mut direction) = params.ray([x, y], [in_x, in_y], shutter, lens);
 
     let mut radiance = Vec3::ZERO;
     let mut throughput = Vec3::ONE;

@@ -2,7 +2,7 @@
 //!
 //! All are computed with a slack above what rounding can do, so that they err on the safe side.
 
-use super::motion::{MovingTriangle, NEAR};
+use super::motion::{MovingTriangle, NEAR, Views};
 use glam::Vec2;
 
 /// A part of a segment's time, from 0 to 1; empty if it ends before it begins.
@@ -102,20 +102,22 @@ pub struct Rectangle {
     pub max: Vec2,
 }
 
-/// The rectangle that a triangle stays in from one time to another, or nothing if it may come behind the camera.
-/// In front of it what goes straight in homogeneous coordinates goes straight in the image.
-pub fn swept(triangle: &MovingTriangle, between: Interval) -> Option<Rectangle> {
+/// The rectangle that a triangle in all its views stays in from one time to another, or nothing if it may come behind
+/// the camera. In front of it what goes straight in homogeneous coordinates goes straight in the image.
+pub fn swept(views: &Views, between: Interval) -> Option<Rectangle> {
     let mut swept = Rectangle { min: Vec2::INFINITY, max: Vec2::NEG_INFINITY };
-    for time in [between.from, between.to] {
-        for k in 0..3 {
-            let q = triangle.start[k] + (triangle.end[k] - triangle.start[k]) * time;
-            if q.z < 1e-3 {
-                return None;
+    for triangle in views.all() {
+        for time in [between.from, between.to] {
+            for k in 0..3 {
+                let q = triangle.start[k] + (triangle.end[k] - triangle.start[k]) * time;
+                if q.z < 1e-3 {
+                    return None;
+                }
+                let place = q.truncate() / q.z;
+                let slack = 1e-3 + SLACK * place.abs();
+                swept.min = swept.min.min(place - slack);
+                swept.max = swept.max.max(place + slack);
             }
-            let place = q.truncate() / q.z;
-            let slack = 1e-3 + SLACK * place.abs();
-            swept.min = swept.min.min(place - slack);
-            swept.max = swept.max.max(place + slack);
         }
     }
     Some(swept)
@@ -123,15 +125,16 @@ pub fn swept(triangle: &MovingTriangle, between: Interval) -> Option<Rectangle> 
 
 /// When the triangle can be seen in `tile` by the planes through the camera and its sides, and when it is in front of
 /// the camera. Its corners' distances from them are linear in time; it is on the inner side of a plane while one of
-/// its corners is.
-pub fn by_planes(triangle: &MovingTriangle, tile: &Rectangle) -> Interval {
+/// its corners is, in one of its views.
+pub fn by_planes(views: &Views, tile: &Rectangle) -> Interval {
     let when = |distance: &dyn Fn(glam::Vec3) -> (f32, f32)| {
-        (0..3).fold(Interval::NONE, |hull, k| {
+        let corners = views.all().iter().flat_map(|view| view.start.into_iter().zip(view.end));
+        corners.fold(Interval::NONE, |hull, (start, end)| {
             let at = |q| {
                 let (distance, size) = distance(q);
                 distance + SLACK * size
             };
-            hull.hull(Interval::where_linear([at(triangle.start[k]), at(triangle.end[k])]))
+            hull.hull(Interval::where_linear([at(start), at(end)]))
         })
     };
     let x = |side: f32, sign: f32| {
@@ -146,37 +149,51 @@ pub fn by_planes(triangle: &MovingTriangle, tile: &Rectangle) -> Interval {
 }
 
 /// When the triangle can be seen in `tile` by its edges: while for each of them one of the tile's corners is on its
-/// inner side. Which side that is follows from how the triangle is turned; if that may change, this tells nothing.
-pub fn by_edges(triangle: &MovingTriangle, tile: &Rectangle) -> Interval {
-    let Some(sign) = turned(triangle) else { return Interval::ALL };
+/// inner side, in one of the views. Which side that is follows from how the triangle is turned; if that may change, this
+/// tells nothing.
+pub fn by_edges(views: &Views, tile: &Rectangle) -> Interval {
+    let Some(sign) = turned(views) else { return Interval::ALL };
     let corners =
         [tile.min, Vec2::new(tile.max.x, tile.min.y), tile.max, Vec2::new(tile.min.x, tile.max.y)];
     let mut interval = Interval::ALL;
-    for [i, j] in [[1, 2], [2, 0], [0, 1]] {
-        let hull = corners.iter().fold(Interval::NONE, |hull, &corner| {
-            let from = |q: glam::Vec3| q.truncate() - corner * q.z;
-            let [i0, j0] = [i, j].map(|k| from(triangle.start[k]));
-            let [i1, j1] = [i, j].map(|k| from(triangle.end[k]));
-            // What rounding leaves uncertain of the vectors themselves, and of their product.
-            let size = |q: glam::Vec3| (q.truncate().abs() + (corner * q.z).abs()).max_element();
-            let [si, sj] = [i, j].map(|k| size(triangle.start[k]).max(size(triangle.end[k])));
-            let lengths = |a: Vec2, b: Vec2| a.abs().max_element().max(b.abs().max_element());
-            let slack = 4.0 * SLACK * (si * lengths(j0, j1) + sj * lengths(i0, i1));
-            let product = |a: Vec2, b: Vec2| sign * a.perp_dot(b);
-            let middle = 0.5 * (product(i0, j1) + product(i1, j0));
-            hull.hull(Interval::where_quadratic(
-                [product(i0, j0), middle, product(i1, j1)].map(|value| value + slack),
-            ))
-        });
+    for edge in [[1, 2], [2, 0], [0, 1]] {
+        let mut hull = Interval::NONE;
+        for triangle in views.all() {
+            for corner in corners {
+                hull = hull.hull(beyond_edge(triangle, edge, corner, sign));
+            }
+        }
         interval = interval.and(hull);
     }
     interval
 }
 
+/// When a corner of a tile is on the inner side of an edge.
+fn beyond_edge(triangle: &MovingTriangle, [i, j]: [usize; 2], corner: Vec2, sign: f32) -> Interval {
+    let from = |q: glam::Vec3| q.truncate() - corner * q.z;
+    let [i0, j0] = [i, j].map(|k| from(triangle.start[k]));
+    let [i1, j1] = [i, j].map(|k| from(triangle.end[k]));
+    // What rounding leaves uncertain of the vectors themselves, and of their product.
+    let size = |q: glam::Vec3| (q.truncate().abs() + (corner * q.z).abs()).max_element();
+    let [si, sj] = [i, j].map(|k| size(triangle.start[k]).max(size(triangle.end[k])));
+    let lengths = |a: Vec2, b: Vec2| a.abs().max_element().max(b.abs().max_element());
+    let slack = 4.0 * SLACK * (si * lengths(j0, j1) + sj * lengths(i0, i1));
+    let product = |a: Vec2, b: Vec2| sign * a.perp_dot(b);
+    let middle = 0.5 * (product(i0, j1) + product(i1, j0));
+    let coefficients = [product(i0, j0), middle, product(i1, j1)];
+    Interval::where_quadratic(coefficients.map(|value| value + slack))
+}
+
 /// 1 if the triangle's corners go around counter-clockwise as the camera sees them, in the y-down image clockwise, at
-/// any time of the segment, −1 if the other way; nothing if it may turn over. By the Bernstein coefficients of its
-/// cubic determinant.
-fn turned(triangle: &MovingTriangle) -> Option<f32> {
+/// any time of the segment and in any view, −1 if the other way; nothing if it may turn over.
+fn turned(views: &Views) -> Option<f32> {
+    let mut signs = views.all().iter().map(turned_in);
+    let first = signs.next()?;
+    signs.all(|sign| sign == first).then_some(first)?
+}
+
+/// The same in one view, by the Bernstein coefficients of the cubic determinant.
+fn turned_in(triangle: &MovingTriangle) -> Option<f32> {
     let [a0, b0, c0] = triangle.start.map(|q| q.as_dvec3());
     let [a1, b1, c1] = triangle.end.map(|q| q.as_dvec3());
     let volume = |a: glam::DVec3, b: glam::DVec3, c: glam::DVec3| a.dot(b.cross(c));

@@ -1,12 +1,14 @@
-//! Hierarchical stochastic rasterization [Munkberg2011]: each sample of a pixel has its own point and its own instant
-//! of the shutter interval, as with distribution ray tracing, but the triangles are brought to the samples.
+//! Hierarchical stochastic rasterization [Munkberg2011]: each sample of a pixel has its own point, its own instant of the
+//! shutter interval and, if the camera has a lens, its own point of that, as with distribution ray tracing, but the
+//! triangles are brought to the samples.
 //!
 //! Method:
 //! 1. the shutter interval is cut into segments so short that within each every vertex goes straight and evenly in
 //!    homogeneous coordinates (x·z, y·z, z); what moves straight needs but one ([`motion`]);
 //! 2. the image is cut into tiles. In which of them a moving triangle can be seen, and when, is told by the planes
 //!    through the camera and a tile's sides, to which its corners have distances linear in time, and by its edges,
-//!    whose functions are quadratic ([`bounds`]). Neither needs the triangle to be in front of the camera;
+//!    whose functions are quadratic ([`bounds`]). Neither needs the triangle to be in front of the camera. A
+//!    lens sees it from the corners of the square around the lens and from between them ([`motion::Views`]);
 //! 3. tile by tile, from front to back, a triangle goes through the slices of time that it is seen in. One that lies
 //!    behind all that a slice holds is left out [Boulos2010]; elsewhere the samples of the pixels that it sweeps over
 //!    meanwhile are tested, each at its own instant;

@@ -3,6 +3,7 @@
 use crate::mesh::Mesh;
 use crate::pipelines::frame::Frame;
 use crate::raster::shapes::object_to_image;
+use crate::scene::camera::Camera;
 use crate::scene::object::Object;
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 use rayon::prelude::*;
@@ -103,6 +104,32 @@ pub struct MovingTriangle {
     pub end: [Vec3; 3],
 }
 
+/// A triangle as it is seen from the corners of the square around the lens. What bounds are made of, the place of its
+/// corners, the sides of its edges and which way it is turned, is linear in the point of the lens, so that for any other
+/// point it lies between those. A pinhole sees it as it is.
+#[derive(Clone, Copy, Debug)]
+pub struct Views {
+    views: [MovingTriangle; 4],
+    count: usize,
+}
+
+impl Views {
+    /// Of `triangle` from the lens of `camera`.
+    pub fn new(triangle: MovingTriangle, camera: &Camera) -> Self {
+        if camera.lens_radius == 0.0 {
+            return Self { views: [triangle; 4], count: 1 };
+        }
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
+        let view = |(x, y)| triangle.seen_from(camera.parallax(Vec2::new(x, y)));
+        Self { views: corners.map(view), count: 4 }
+    }
+
+    /// All of them.
+    pub fn all(&self) -> &[MovingTriangle] {
+        &self.views[..self.count]
+    }
+}
+
 /// Where a sample meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleHit {
@@ -113,6 +140,12 @@ pub struct SampleHit {
 }
 
 impl MovingTriangle {
+    /// The triangle as a point of the lens with this [`Camera::parallax`] sees it.
+    pub fn seen_from(&self, [near, with_depth]: [Vec2; 2]) -> Self {
+        let moved = |q: Vec3| (q.truncate() + near + with_depth * q.z).extend(q.z);
+        Self { start: self.start.map(moved), end: self.end.map(moved) }
+    }
+
     /// What of it is seen at `time` at a point of the image, from whichever side. Of triangles that share an edge at
     /// least one has each point: with the sample as origin the two see the same numbers there with opposite signs.
     pub fn hit(&self, point: Vec2, time: f32) -> Option<SampleHit> {

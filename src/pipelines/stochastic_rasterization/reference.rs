@@ -1,7 +1,7 @@
 //! The CPU twin: tiles side by side, each with the triangles that can be seen in it.
 
 use super::bounds::{Interval, Rectangle, by_edges, by_planes, swept};
-use super::motion::{MovingTriangle, Path, SampleHit};
+use super::motion::{MovingTriangle, Path, SampleHit, Views};
 use super::{TILE, slices};
 use crate::film::Film;
 use crate::mesh::Mesh;
@@ -9,6 +9,7 @@ use crate::pipelines::frame::{Frame, tent};
 use crate::raster::shapes::shapes;
 use crate::sampling::random::{StreamKey, unit};
 use crate::sampling::sampler;
+use crate::scene::camera::Camera;
 use crate::scene::environment::{Environment, luminance};
 use crate::scene::world::{Instant, Met, World};
 use glam::{Vec2, Vec3, Vec4};
@@ -44,6 +45,7 @@ pub fn films(
 /// The objects of a frame as moving triangles.
 #[derive(Debug)]
 struct Moving<'a> {
+    camera: Camera,
     shapes: Vec<Cow<'a, Mesh>>,
     paths: Vec<Path>,
 }
@@ -64,7 +66,7 @@ struct Entry {
 struct Samples {
     /// Where each pixel of each slice begins.
     starts: Vec<u32>,
-    /// The point in the image, the time, and which sample of the pixel it is.
+    /// The point in the image, the time, the point of the lens, and which sample of the pixel it is.
     samples: Vec<Sample>,
 }
 
@@ -72,6 +74,7 @@ struct Samples {
 struct Sample {
     point: Vec2,
     time: f32,
+    lens: Vec2,
     pixel: u32,
     number: u32,
 }
@@ -93,7 +96,7 @@ impl<'a> Moving<'a> {
             .iter()
             .zip(&shapes)
             .map(|(object, shape)| Path::new(frame, view, object, shape));
-        Self { paths: paths.collect(), shapes }
+        Self { camera: frame.params.camera, paths: paths.collect(), shapes }
     }
 
     /// The triangle of an entry.
@@ -117,7 +120,8 @@ impl<'a> Moving<'a> {
                         let mut found = vec![];
                         for (index, &vertices) in (chunk * CHUNK..).zip(triangles) {
                             let triangle = path.triangle(segment, vertices);
-                            each_tile(&triangle, columns, rows, |tile, interval| {
+                            let views = Views::new(triangle, &self.camera);
+                            each_tile(&views, columns, rows, |tile, interval| {
                                 let ends = triangle.start.iter().chain(&triangle.end);
                                 let depth = ends.map(|q| q.z).fold(f32::INFINITY, f32::min);
                                 found.push((
@@ -145,10 +149,10 @@ impl<'a> Moving<'a> {
     }
 }
 
-/// Calls `with` with each tile of these rows and so many columns that `triangle` can be seen in, counted from the first,
-/// and when.
+/// Calls `with` with each tile of these rows and so many columns that a triangle can be seen in by its views, counted from
+/// the first, and when.
 pub fn each_tile(
-    triangle: &MovingTriangle,
+    views: &Views,
     columns: u32,
     rows: &Range<u32>,
     mut with: impl FnMut(u32, Interval),
@@ -159,7 +163,7 @@ pub fn each_tile(
         at((min / side).floor())..at((max / side).floor() + 1.0)
     };
     let all = 0..columns;
-    let [xs, ys] = match swept(triangle, Interval::ALL) {
+    let [xs, ys] = match swept(views, Interval::ALL) {
         Some(Rectangle { min, max }) => [range(min.x, max.x, &all), range(min.y, max.y, rows)],
         None => [all, rows.clone()],
     };
@@ -167,9 +171,9 @@ pub fn each_tile(
         for x in xs.clone() {
             let min = Vec2::new(x as f32, y as f32) * side;
             let tile = Rectangle { min, max: min + side };
-            let mut interval = by_planes(triangle, &tile);
+            let mut interval = by_planes(views, &tile);
             if !interval.is_empty() {
-                interval = interval.and(by_edges(triangle, &tile));
+                interval = interval.and(by_edges(views, &tile));
             }
             if !interval.is_empty() {
                 with((y - rows.start) * columns + x, interval);
@@ -226,12 +230,14 @@ impl Samples {
                 continue;
             }
             for number in numbers.clone() {
-                let words = sample_words(frame, y * params.width + x, number);
+                let index = y * params.width + x;
+                let words = sample_words(frame, index, number);
                 let [in_x, in_y, instant, _] = words.map(unit);
+                let lens = params.lens(index, number);
                 let time = params.shutter().instant(instant) + 0.5;
                 let slice = ((time * slices as f32) as u32).min(slices - 1);
                 let point = Vec2::new(x as f32 + in_x, y as f32 + in_y);
-                all.push((slice, Sample { point, time, pixel: k, number }));
+                all.push((slice, Sample { point, time, lens, pixel: k, number }));
             }
         }
         all.sort_by_key(|&(slice, sample)| (slice, sample.pixel));
@@ -252,8 +258,10 @@ impl Samples {
         let mut seen: Vec<Option<Seen>> = vec![None; self.samples.len()];
         // The farthest that is seen in each slice; known to be out of date where it may be nearer by now.
         let mut farthest = vec![(f32::INFINITY, false); slices];
+        let has_lens = moving.camera.lens_radius > 0.0;
         for entry in entries {
             let triangle = moving.triangle(entry);
+            let views = Views::new(triangle, &moving.camera);
             let segments = moving.paths[entry.object as usize].segments() as f32;
             let begin = entry.segment as f32;
             // In parts of the shutter interval.
@@ -280,7 +288,7 @@ impl Samples {
                     from: in_segment(slice as f32 / slices as f32),
                     to: in_segment((slice + 1) as f32 / slices as f32),
                 });
-                let [columns, rows] = pixels(&triangle, between, corner);
+                let [columns, rows] = pixels(&views, between, corner);
                 for y in rows {
                     let pixels =
                         (y * TILE + columns.start) as usize..(y * TILE + columns.end) as usize;
@@ -294,7 +302,13 @@ impl Samples {
                         if !(0.0..=1.0).contains(&time) {
                             continue;
                         }
-                        let Some(hit) = triangle.hit(sample.point, time) else { continue };
+                        let hit = if has_lens {
+                            let parallax = moving.camera.parallax(sample.lens);
+                            triangle.seen_from(parallax).hit(sample.point, time)
+                        } else {
+                            triangle.hit(sample.point, time)
+                        };
+                        let Some(hit) = hit else { continue };
                         if seen.is_none_or(|before| hit.depth < before.hit.depth) {
                             let Entry { object, triangle, .. } = *entry;
                             *seen = Some(Seen { object, triangle, hit });
@@ -346,12 +360,12 @@ fn radiance_of(
     environment: &Environment,
     corner: [u32; 2],
 ) -> Vec3 {
-    let Sample { point, time, pixel, number } = *sample;
+    let Sample { point, time, lens, pixel, number } = *sample;
     let [x, y] = [corner[0] + pixel % TILE, corner[1] + pixel / TILE];
     let shutter = time - 0.5;
     let instant = Instant { world, objects: &frame.objects, shutter };
     let in_pixel = [point.x - x as f32, point.y - y as f32];
-    let ray = frame.params.ray([x, y], in_pixel, shutter);
+    let ray = frame.params.ray([x, y], in_pixel, shutter, lens);
     let met = seen.and_then(|&Seen { object, triangle, hit }| {
         let object = object as usize;
         match instant.mesh(object) {
@@ -368,8 +382,8 @@ fn radiance_of(
 }
 
 /// The pixels of the tile at `corner` that a triangle sweeps over between two times.
-fn pixels(triangle: &MovingTriangle, between: Interval, corner: [u32; 2]) -> [Range<u32>; 2] {
-    let Some(swept) = swept(triangle, between) else { return [0..TILE, 0..TILE] };
+fn pixels(views: &Views, between: Interval, corner: [u32; 2]) -> [Range<u32>; 2] {
+    let Some(swept) = swept(views, between) else { return [0..TILE, 0..TILE] };
     let range = |min: f32, max: f32, corner: u32| {
         let at = |place: f32| (place - corner as f32).clamp(0.0, TILE as f32);
         at(min.floor()) as u32..at(max.floor() + 1.0) as u32

@@ -2,9 +2,12 @@
 
 use super::TILE;
 use super::bounds::{Interval, Rectangle, by_edges, by_planes, swept};
-use super::motion::MovingTriangle;
+use super::motion::{MovingTriangle, Views};
 use super::reference::each_tile;
 use crate::sampling::random::{StreamKey, unit};
+use crate::sampling::warp::concentric_disk;
+use crate::scene::camera::Camera;
+use bytemuck::Zeroable;
 use glam::{Vec2, Vec3};
 
 const TILES: u32 = 8;
@@ -67,29 +70,50 @@ fn triangles(count: usize) -> Vec<MovingTriangle> {
     all
 }
 
+/// A pinhole.
+fn pinhole() -> Camera {
+    Camera { focus_distance: 2.0, ..Camera::zeroed() }
+}
+
+/// A lens that makes circles of up to 30 pixels of what is half a metre away.
+fn lens() -> Camera {
+    Camera { lens_radius: 0.1, focal_length_px: 100.0, ..pinhole() }
+}
+
 /// The intervals of all tiles, nothing where the triangle cannot be seen.
-fn intervals(triangle: &MovingTriangle) -> Vec<Option<Interval>> {
+fn intervals(views: &Views) -> Vec<Option<Interval>> {
     let mut found = vec![None; (TILES * TILES) as usize];
     // The upper half and the lower half by themselves.
     for first in [0, TILES / 2] {
-        each_tile(triangle, TILES, &(first..first + TILES / 2), |tile, interval| {
+        each_tile(views, TILES, &(first..first + TILES / 2), |tile, interval| {
             found[(first * TILES + tile) as usize] = Some(interval);
         });
     }
     found
 }
 
+#[test]
+fn no_sample_of_a_pinhole_is_missed() {
+    no_sample_is_missed(&pinhole());
+}
+
+#[test]
+fn no_sample_of_a_lens_is_missed() {
+    no_sample_is_missed(&lens());
+}
+
 /// No sample that a look at every triangle finds is left out, with corners in front of the camera and behind it. Half of
 /// the samples are aimed at the triangle, for few would meet the small ones.
-#[test]
-fn no_sample_is_missed() {
+fn no_sample_is_missed(camera: &Camera) {
     let mut numbers = Numbers::new("samples");
     let (mut hits, mut hits_behind) = (0, 0);
     for triangle in triangles(10_000) {
-        let intervals = intervals(&triangle);
+        let intervals = intervals(&Views::new(triangle, camera));
         let is_behind = triangle.start.iter().chain(&triangle.end).any(|q| q.z <= 0.0);
         for sample in 0..400 {
             let time = numbers.one();
+            let lens = concentric_disk([numbers.one(), numbers.one()]);
+            let triangle = triangle.seen_from(camera.parallax(lens));
             let mut point = Vec2::new(numbers.one(), numbers.one()) * SIDE;
             if sample % 2 == 0 {
                 let mut weights = [numbers.one(), numbers.one(), numbers.one()];
@@ -114,7 +138,7 @@ fn no_sample_is_missed() {
             let interval = intervals[(y * TILES + x) as usize];
             assert!(
                 interval.is_some_and(|i| i.from <= time && time <= i.to),
-                "{triangle:?} at {point} {time}: {interval:?}"
+                "{triangle:?} at {point} {time} {lens}: {interval:?}"
             );
         }
     }
@@ -128,20 +152,21 @@ fn bounds_leave_fewer_samples_than_a_moving_box() {
     let mut numbers = Numbers::new("efficiency");
     let (mut in_box, mut by_first, mut by_both, mut hits) = (0.0, 0.0, 0.0, 0.0);
     for triangle in triangles(3000) {
+        let views = Views::new(triangle, &pinhole());
         for tile in 0..TILES * TILES {
             let min = Vec2::new((tile % TILES) as f32, (tile / TILES) as f32) * TILE as f32;
             let tile = Rectangle { min, max: min + TILE as f32 };
             let meets = |swept: Rectangle| {
                 swept.min.cmple(tile.max).all() && swept.max.cmpge(tile.min).all()
             };
-            if !swept(&triangle, Interval::ALL).is_none_or(meets) {
+            if !swept(&views, Interval::ALL).is_none_or(meets) {
                 continue;
             }
             let length = |interval: Interval| (interval.to - interval.from).max(0.0);
-            let first = by_planes(&triangle, &tile);
+            let first = by_planes(&views, &tile);
             in_box += 1.0;
             by_first += length(first);
-            by_both += length(first.and(by_edges(&triangle, &tile)));
+            by_both += length(first.and(by_edges(&views, &tile)));
             for _ in 0..8 {
                 let point = min + Vec2::new(numbers.one(), numbers.one()) * TILE as f32;
                 hits += if triangle.hit(point, numbers.one()).is_some() { 0.125 } else { 0.0 };

@@ -75,7 +75,7 @@ impl Described {
             let time = (k as f64 - 0.5 * count as f64) / steps as f64;
             Instant { to_image: self.to_image(time).as_affine3a(), pose: (0.5 + time) as f32 }
         });
-        let near = NEAR * self.view.camera.focus_distance_m();
+        let near = NEAR * self.view.camera.look_at_distance_m();
         ScreenPaths::new(vec![instants.collect()], 0, steps, near)
     }
 
@@ -131,6 +131,8 @@ pub fn camera(
         look_at_m: look_at.into(),
         focal_length_mm: sensor_width_mm * focal_length_px / f64::from(width),
         sensor_width_mm,
+        aperture_f_number: None,
+        focus_distance_m: None,
         motion: None,
     }
 }

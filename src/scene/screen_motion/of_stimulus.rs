@@ -45,7 +45,7 @@ impl ScreenPaths {
             };
             (0..=steps).map(instant).collect()
         };
-        let near = NEAR * intervals[middle_run].0.camera.focus_distance_m();
+        let near = NEAR * intervals[middle_run].0.camera.look_at_distance_m();
         Self::new(intervals.iter().map(run).collect(), middle_run, steps, near)
     }
 }

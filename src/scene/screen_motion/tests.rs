@@ -165,7 +165,7 @@ fn the_renderers_rays_meet_what_is_seen() {
         for (k, instant) in run.iter().enumerate() {
             let time = k as f64 / (run.len() - 1) as f64 - 0.5;
             let at = project(instant.see([point.as_vec3(); 2]));
-            let (origin, direction) = rays.ray(at.x, at.y, time as f32);
+            let (origin, direction) = rays.ray(at.x, at.y, time as f32, Vec2::ZERO);
             let to_point = (point + described.translation * time).as_vec3() - origin;
             assert!(to_point.cross(direction).length() < 1e-5, "{point} {time}");
             assert!(to_point.dot(direction) > 0.0);
@@ -256,7 +256,7 @@ fn an_object_of_a_stimulus_is_seen_where_the_renderer_shows_it() {
     // A place in the image by what the renderer's ray through it passes at the point's distance.
     let distance = |frame: u32, time: f32, at: Vec2| {
         let rays = RayCamera::new(&stimulus.views(frame)[0], stimulus.image.width_px);
-        let (origin, direction) = rays.ray(at.x, at.y, time);
+        let (origin, direction) = rays.ray(at.x, at.y, time, Vec2::ZERO);
         (place(frame, time) - origin).cross(direction).length()
     };
     let given = [0.5 * point + Vec3::X; 2];

@@ -4,11 +4,11 @@ use super::object::{dot, unit};
 use serde::{Deserialize, Serialize};
 use shutterlab_data_schema::definition::DefinitionError;
 
-/// A pinhole camera.
+/// A camera: a pinhole, or a thin lens if it has an aperture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
-    /// Where the pinhole is; if it moves, when half of the sequence has passed.
+    /// Where the pinhole, or the lens, is; if it moves, when half of the sequence has passed.
     pub position_m: [f64; 3],
     /// The point in the centre of the image, at the same time.
     pub look_at_m: [f64; 3],
@@ -16,6 +16,14 @@ pub struct Camera {
     pub focal_length_mm: f64,
     /// Width of the sensor, which the image's width fills.
     pub sensor_width_mm: f64,
+    /// Focal length over the diameter of the lens, which blurs what is out of focus; without it the camera is a
+    /// pinhole. What is in the image and how large depends neither on it nor on the focus.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub aperture_f_number: Option<f64>,
+    /// How far ahead the plane is that the lens is focused on; if nothing is said, as far as the point looked at
+    /// is at the frame's time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub focus_distance_m: Option<f64>,
     /// How it moves, if it does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<CameraMotion>,
@@ -50,6 +58,20 @@ impl Camera {
                 return Err(DefinitionError::value(file, field, value, allowed));
             }
         }
+        let lens = [
+            ("camera.aperture_f_number", self.aperture_f_number, "f-numbers of 0.01 to 1000000"),
+            ("camera.focus_distance_m", self.focus_distance_m, "0.01 to 1000000 m"),
+        ];
+        for (field, value, range) in lens {
+            if let Some(value) = value.filter(|value| !(1e-2..=1e6).contains(value)) {
+                let allowed = format!("{range} are allowed");
+                return Err(DefinitionError::value(file, field, value, allowed));
+            }
+        }
+        if let (None, Some(distance)) = (self.aperture_f_number, self.focus_distance_m) {
+            let allowed = "only with camera.aperture_f_number: a pinhole has no focus";
+            return Err(DefinitionError::value(file, "camera.focus_distance_m", distance, allowed));
+        }
         super::check_point("camera.position_m", self.position_m, file)?;
         super::check_point("camera.look_at_m", self.look_at_m, file)?;
         if self.position_m == self.look_at_m {
@@ -77,9 +99,14 @@ impl Camera {
     }
 
     /// Distance from the pinhole to the point it looks at, in metres.
-    pub fn focus_distance_m(&self) -> f64 {
+    pub fn look_at_distance_m(&self) -> f64 {
         let squares = (0..3).map(|i| (self.position_m[i] - self.look_at_m[i]).powi(2));
         squares.sum::<f64>().sqrt()
+    }
+
+    /// Radius of the lens in metres; 0 of a pinhole.
+    pub fn lens_radius_m(&self) -> f64 {
+        self.aperture_f_number.map_or(0.0, |f_number| 0.5e-3 * self.focal_length_mm / f_number)
     }
 
     /// Focal length in pixels of an image `width_px` wide.
@@ -89,7 +116,7 @@ impl Camera {
 
     /// Pixels per metre, across the view, at the distance of the point it looks at.
     pub fn pixels_per_metre(&self, width_px: u32) -> f64 {
-        self.focal_length_px(width_px) / self.focus_distance_m()
+        self.focal_length_px(width_px) / self.look_at_distance_m()
     }
 
     /// How far `point` lies ahead of the pinhole, and how far to the right of the camera's axis, in
