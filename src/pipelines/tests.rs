@@ -1,5 +1,6 @@
 //! What the methods have in common: in local illumination all show the same.
 
+mod golden;
 mod lens;
 
 use super::{OpenDevice, Pipeline};
