@@ -299,7 +299,7 @@ impl Samples {
                     for (sample, seen) in self.samples[range.clone()].iter().zip(&mut seen[range]) {
                         let time = sample.time * segments - begin;
                         // The ends belong to both segments: a triangle that is seen twice is seen once.
-                        if !(0.0..=1.0).contains(&time) {
+                        if !(entry.interval.from..=entry.interval.to).contains(&time) {
                             continue;
                         }
                         let hit = if has_lens {
