@@ -42,8 +42,8 @@ impl Renderer {
 
     fn device_of(&self, stimulus: &Stimulus) -> &OpenDevice {
         match stimulus.method {
-            // They have no twins on graphics adapters.
-            Method::AccumulationBuffer | Method::StochasticRasterization => &OpenDevice::Cpu,
+            // It has no twin on graphics adapters.
+            Method::StochasticRasterization => &OpenDevice::Cpu,
             _ if stimulus.scene.has_mesh() => &self.for_meshes,
             _ => &self.device,
         }

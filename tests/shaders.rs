@@ -2,11 +2,13 @@
 //! the same places.
 
 use shutterlab::mesh::upload::MeshRange;
-use shutterlab::pipelines::distribution_ray_tracing::compute::PARTS;
+use shutterlab::pipelines::accumulation_buffer::{drawing, render};
+use shutterlab::pipelines::distribution_ray_tracing::compute::TRACE_WGSL;
 use shutterlab::pipelines::frame::FrameParams;
 use shutterlab::pipelines::mesh_probe;
 use shutterlab::pipelines::resources::EnvironmentParams;
 use shutterlab::pipelines::variant::Variant;
+use shutterlab::pipelines::visibility;
 use shutterlab::scene::camera::Camera;
 use shutterlab::scene::light::Light;
 use shutterlab::scene::object::Object;
@@ -158,8 +160,12 @@ fn layout_in_wgsl(module: &naga::Module, name: &str) -> Layout {
 #[test]
 fn structs_are_laid_out_alike() {
     module(&mesh_probe::wgsl(true, false));
+    module(&drawing::wgsl(2, true));
+    module(&drawing::wgsl(1, false));
     for variant in variants() {
-        let module = module(&variant.wgsl(&PARTS));
+        let local = Variant { is_local: true, ..variant.clone() };
+        module(&visibility::wgsl(&local, &render::samples_wgsl()));
+        let module = module(&variant.wgsl(&[TRACE_WGSL]));
         for (name, (size, fields)) in layouts_in_rust() {
             let wgsl_name = if name == "EnvironmentParams" { "Environment" } else { name };
             let (wgsl_size, wgsl_fields) = layout_in_wgsl(&module, wgsl_name);

@@ -63,6 +63,20 @@ pub fn compute_pipeline(gpu: &Gpu, source: String, entry: &str) -> wgpu::Compute
     })
 }
 
+/// Resources at the bindings of group 0 of `pipeline`.
+pub fn bind_group<'a>(
+    gpu: &Gpu,
+    pipeline: &wgpu::ComputePipeline,
+    resources: impl IntoIterator<Item = (u32, wgpu::BindingResource<'a>)>,
+) -> wgpu::BindGroup {
+    let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &resources.into_iter().map(entry).collect::<Vec<_>>(),
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -53,7 +53,7 @@ pub struct Leaf {
 }
 
 /// The hierarchy of one mesh. It is the same for any number of threads.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bvh {
     /// The root, then the other nodes, each before those below it.
     pub nodes: Vec<Node>,

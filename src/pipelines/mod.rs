@@ -9,12 +9,16 @@ pub mod frame;
 pub mod mesh_probe;
 pub mod on_cpu;
 #[cfg(feature = "gpu")]
+pub mod on_gpu;
+#[cfg(feature = "gpu")]
 pub mod resources;
 pub mod stochastic_rasterization;
 #[cfg(test)]
 mod tests;
 #[cfg(feature = "gpu")]
 pub mod variant;
+#[cfg(feature = "gpu")]
+pub mod visibility;
 
 /// WGSL twin of [`frame`].
 pub const FRAME_WGSL: &str = include_str!("frame.wgsl");
@@ -23,6 +27,8 @@ use crate::film::Film;
 #[cfg(feature = "gpu")]
 use crate::gpu::device::Gpu;
 use on_cpu::OnCpu;
+#[cfg(feature = "gpu")]
+use on_gpu::OnGpu;
 use shutterlab_stimuli::generate::RenderError;
 use shutterlab_stimuli::stimulus::{Method, View};
 use shutterlab_stimuli::{Device, Stimulus};
@@ -119,17 +125,23 @@ impl OpenDevice {
             (Method::DistributionRayTracing, Self::Cpu) => {
                 Box::new(OnCpu::new(distribution_ray_tracing::reference::films, assets))
             }
-            // These two have no twins on graphics adapters.
-            (Method::AccumulationBuffer, _) => {
+            (Method::AccumulationBuffer, Self::Cpu) => {
                 Box::new(OnCpu::new(accumulation_buffer::reference::films, assets))
             }
+            #[cfg(feature = "gpu")]
+            (Method::AccumulationBuffer, Self::Gpu(gpu)) => {
+                Box::new(OnGpu::<accumulation_buffer::render::Drawer>::new(gpu.clone(), assets))
+            }
+            // It has no twin on graphics adapters.
             (Method::StochasticRasterization, _) => {
                 Box::new(OnCpu::new(stochastic_rasterization::reference::films, assets))
             }
             #[cfg(feature = "gpu")]
-            (Method::DistributionRayTracing, Self::Gpu(gpu)) => {
-                Box::new(distribution_ray_tracing::compute::OnGpu::new(gpu.clone(), assets))
-            }
+            (Method::DistributionRayTracing, Self::Gpu(gpu)) => Box::new(OnGpu::<
+                distribution_ray_tracing::compute::Tracer,
+            >::new(
+                gpu.clone(), assets
+            )),
         }
     }
 }

@@ -1,13 +1,16 @@
-//! Scenes on a graphics device, as the shaders of all pipelines read them.
+//! Scenes and frames on a graphics device, as the shaders of all pipelines read them.
 
+use super::frame::Frame;
+use super::on_gpu::Shown;
 use crate::gpu::buffers;
 use crate::gpu::device::{Gpu, GpuError};
 use crate::mesh::upload::{Geometry, MeshRange};
 use crate::scene::environment::Environment;
 use crate::scene::world::{SceneMesh, World};
 use bytemuck::{Pod, Zeroable};
+use glam::Vec4;
 use std::borrow::Cow;
-use wgpu::BufferUsages;
+use wgpu::{BindingResource, BufferUsages};
 
 /// What `environment.wgsl` reads its tables with.
 #[repr(C)]
@@ -31,7 +34,7 @@ pub struct EnvironmentParams {
 
 /// An environment on the device: its parameters and its two tables.
 #[derive(Debug)]
-pub struct EnvironmentBuffers(pub [wgpu::Buffer; 3]);
+pub struct EnvironmentBuffers([wgpu::Buffer; 3]);
 
 impl EnvironmentBuffers {
     /// Uploads `environment`.
@@ -85,6 +88,61 @@ impl WorldBuffers {
             buffers::holding(gpu, "meshes", BufferUsages::UNIFORM, &or_one(&ranges))?,
             buffers::holding(gpu, "geometry", BufferUsages::STORAGE, &or_one(&geometry.words))?,
         ]))
+    }
+}
+
+/// A frame on the device.
+#[derive(Debug)]
+pub struct FrameBuffers {
+    /// Its [`FrameParams`](super::frame::FrameParams), the samples to draw among them.
+    pub params: wgpu::Buffer,
+    /// Its film: of each pixel the sums that [`Film`](crate::film::Film) has.
+    pub sums: wgpu::Buffer,
+    objects: wgpu::Buffer,
+    materials: wgpu::Buffer,
+    bsdfs: wgpu::Buffer,
+}
+
+impl FrameBuffers {
+    /// Uploads `frame`, of which no sample has been drawn.
+    ///
+    /// # Errors
+    /// The image is larger than the adapter can bind.
+    pub fn new(gpu: &Gpu, frame: &Frame) -> Result<Self, GpuError> {
+        let uniform = BufferUsages::UNIFORM;
+        let size = u64::from(frame.params.width)
+            * u64::from(frame.params.height)
+            * size_of::<Vec4>() as u64;
+        Ok(Self {
+            params: buffers::holding(gpu, "frame", uniform, &[frame.params])?,
+            sums: buffers::empty(
+                gpu,
+                "film",
+                BufferUsages::STORAGE | BufferUsages::COPY_SRC,
+                size,
+            )?,
+            objects: buffers::holding(gpu, "objects", uniform, &frame.objects)?,
+            materials: buffers::holding(gpu, "materials", uniform, &frame.materials)?,
+            bsdfs: buffers::holding(gpu, "bsdfs", uniform, &frame.bsdfs)?,
+        })
+    }
+
+    /// What shaders of the frame bind first, as `frame.wgsl` has it; then the parts of the environment, which only those
+    /// do that draw light from it.
+    ///
+    /// Mesa 22.3's software adapter notes the uniforms that branches depend on, those of the n-th buffer at 32n words into
+    /// a list of 128: the fourth buffer's are taken for something else, and the eighth's lie beyond its memory. So the
+    /// fourth is one that no branch depends on, and so must be any from the eighth on.
+    pub fn bindings<'a>(
+        &'a self,
+        shown: &Shown<'a>,
+    ) -> impl Iterator<Item = (u32, BindingResource<'a>)> {
+        let WorldBuffers([lights, meshes, geometry]) = shown.world_buffers;
+        let EnvironmentBuffers([environment, texels, parts]) = shown.environment;
+        let Self { params, sums, objects, materials, bsdfs } = self;
+        let uniforms = [params, objects, materials, environment, bsdfs, lights, meshes];
+        let buffers = uniforms.into_iter().chain([geometry, texels, sums, parts]);
+        (0..).zip(buffers.map(wgpu::Buffer::as_entire_binding))
     }
 }
 

@@ -240,8 +240,8 @@ fn errors_fall_as_they_should() {
     }
 }
 
-/// On a graphics adapter local illumination is what it is on the processor. With `SHUTTERLAB_REQUIRE_GPU` set, not
-/// finding one is a failure.
+/// On a graphics adapter all is as on the processor, but for what an adapter snaps to a grid of 2⁻⁸ pixels. With
+/// `SHUTTERLAB_REQUIRE_GPU` set, not finding one is a failure.
 #[cfg(feature = "gpu")]
 #[test]
 fn adapters_show_what_the_processor_shows() {
@@ -281,13 +281,17 @@ fn adapters_show_what_the_processor_shows() {
     mixed.scene.environment = Environment::BuiltIn(BuiltIn::ClearSky);
     mixed.shutter_profile = ShutterProfile::Trapezoid { ramp_fraction: 0.3 };
     all.push(("mixed", mixed));
-    let mut pipelines = [&OpenDevice::Cpu, &gpu]
-        .map(|device| device.pipeline(Method::DistributionRayTracing, assets.path()));
-    for (name, stimulus) in &all {
-        let stimulus = Stimulus { samples: 16, ..stimulus.clone() };
-        let [on_cpu, on_gpu] =
-            pipelines.each_mut().map(|pipeline| image_by(&mut **pipeline, &stimulus));
-        let error = relative_difference(&on_gpu, &on_cpu);
-        assert!(error < 1e-3, "{name}: {error}");
+    for method in [Method::DistributionRayTracing, Method::AccumulationBuffer] {
+        let mut pipelines =
+            [&OpenDevice::Cpu, &gpu].map(|device| device.pipeline(method, assets.path()));
+        for (name, stimulus) in &all {
+            let stimulus = Stimulus { method, samples: 48, ..stimulus.clone() };
+            let [on_cpu, on_gpu] =
+                pipelines.each_mut().map(|pipeline| image_by(&mut **pipeline, &stimulus));
+            let error = relative_difference(&on_gpu, &on_cpu);
+            // A needle of a third of a pixel is mostly edge.
+            let most = if *name == "thin" { 0.08 } else { 0.01 };
+            assert!(error < most, "{name}, {method}: {error}");
+        }
     }
 }

@@ -1,10 +1,37 @@
 //! What a shader is built for: the constants that come before its parts.
 
+use super::FRAME_WGSL;
 use super::frame::Frame;
 use crate::gpu::shader;
+use crate::mesh::BVH_WGSL;
+use crate::sampling::{RANDOM_WGSL, SAMPLER_WGSL, WARP_WGSL};
 use crate::scene::object::Object;
 use crate::scene::world::World;
+use crate::scene::{
+    CAMERA_WGSL, ENVIRONMENT_WGSL, LIGHT_WGSL, OBJECT_WGSL, PICTURE_WGSL, SHUTTER_WGSL, WORLD_WGSL,
+};
 use crate::shading::bsdf::Bsdf;
+use crate::shading::{BSDF_WGSL, DIRECT_WGSL, MATERIAL_WGSL, SURFACE_WGSL};
+
+/// The parts of every shader of frames, behind the constants.
+const PARTS: [&str; 16] = [
+    RANDOM_WGSL,
+    SAMPLER_WGSL,
+    WARP_WGSL,
+    BVH_WGSL,
+    ENVIRONMENT_WGSL,
+    SHUTTER_WGSL,
+    CAMERA_WGSL,
+    LIGHT_WGSL,
+    PICTURE_WGSL,
+    OBJECT_WGSL,
+    WORLD_WGSL,
+    MATERIAL_WGSL,
+    BSDF_WGSL,
+    SURFACE_WGSL,
+    DIRECT_WGSL,
+    FRAME_WGSL,
+];
 
 /// With more objects the code for each is not worth a copy.
 const MAX_UNROLLED: usize = 4;
@@ -62,8 +89,8 @@ impl Variant {
         }
     }
 
-    /// The shader made of `parts`.
-    pub fn wgsl(&self, parts: &[&str]) -> String {
+    /// The shader of frames that ends with `own` parts.
+    pub fn wgsl(&self, own: &[&str]) -> String {
         let [spheres, planes, meshes] = self.counts;
         let numbers = [
             ("SAMPLER", self.sampler as usize),
@@ -93,6 +120,7 @@ impl Variant {
             .chain(truths.map(|(name, value)| format!("const {name} = {value};\n")))
             .chain([format!("const KINDS = array<u32, OBJECTS>({});\n", kinds.join(", "))]);
         let most = if self.kinds.len() > MAX_UNROLLED { 0 } else { MAX_UNROLLED };
-        constants.collect::<String>() + &shader::unroll(&shader::join(parts), &numbers, most)
+        constants.collect::<String>()
+            + &shader::unroll(&shader::join(&[&PARTS, own].concat()), &numbers, most)
     }
 }

@@ -10,23 +10,29 @@
 //!
 //! All pixels have their instants in common, so that too few of them show as separate images, never as noise.
 
+#[cfg(feature = "gpu")]
+pub mod drawing;
 pub mod reference;
+#[cfg(feature = "gpu")]
+pub mod render;
 
 use super::frame::FrameParams;
 use crate::sampling::random::{StreamKey, unit};
 use crate::sampling::sampler;
 use crate::sampling::warp::concentric_disk;
+use bytemuck::{Pod, Zeroable};
 use glam::Vec2;
 
-/// One of the images.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Image {
-    /// Its instant, as part of the shutter interval from its middle.
-    shutter: f32,
+/// One of the images, as both devices read it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Image {
     /// The point of the pixel that it is seen through, from 0 to 1.
     in_pixel: [f32; 2],
     /// The point of the lens, a unit disk, that it is seen from.
     lens: Vec2,
+    /// Its instant, as part of the shutter interval from its middle.
+    shutter: f32,
     /// Looks the environment up a little aside.
     word: u32,
 }
@@ -40,9 +46,9 @@ fn images(params: &FrameParams, count: u32) -> Vec<Image> {
             sampler::first_blocks(params.sampler(), StreamKey(params.key), count, 0, k);
         let share = (k as f32 + 0.5) / count as f32;
         Image {
-            shutter: shutter.instant(share),
             in_pixel: [x, y].map(unit),
             lens: concentric_disk([u, v].map(unit)),
+            shutter: shutter.instant(share),
             word,
         }
     };

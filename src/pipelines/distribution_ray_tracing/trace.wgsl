@@ -1,51 +1,17 @@
-// Distribution ray tracing: twin of reference.rs, line by line. Before it come constants that the host
-// fixes (see `Variant` in compute.rs).
+// Distribution ray tracing: twin of reference.rs, line by line.
 
 const MAX_HITS: u32 = 5u;
 
-@group(0) @binding(0) var<uniform> frame_params: FrameParams;
-@group(0) @binding(1) var<uniform> object_params: array<Object, OBJECTS>;
-@group(0) @binding(2) var<uniform> material_params: array<Material, OBJECTS>;
-@group(0) @binding(3) var<uniform> bsdf_params: array<Bsdf, OBJECTS>;
-@group(0) @binding(4) var<uniform> lights: array<Light, max(LIGHTS, 1u)>;
-@group(0) @binding(5) var<uniform> mesh_params: array<MeshRange, max(MESHES, 1u)>;
-// Pictures, then meshes.
-@group(0) @binding(6) var<storage, read> geometry: array<vec4u>;
-@group(0) @binding(7) var<uniform> environment_params: Environment;
-@group(0) @binding(8) var<storage, read> environment_texels: array<u32>;
-@group(0) @binding(9) var<storage, read> environment_parts: array<vec4f>;
-// Per pixel: Σ radiance, and Σ luminance².
-@group(0) @binding(10) var<storage, read_write> sums: array<vec4f>;
-
-// Copies, read once per invocation: the software adapter would gather each use of a uniform buffer lane
-// by lane, anew for every sample.
-var<private> frame: FrameParams;
-var<private> objects: array<Object, OBJECTS>;
-var<private> materials: array<Material, OBJECTS>;
-var<private> bsdfs: array<Bsdf, OBJECTS>;
-var<private> meshes: array<MeshRange, max(MESHES, 1u)>;
-var<private> environment: Environment;
-
-// Where the objects are at the instant of the path.
-var<private> poses: array<Pose, OBJECTS>;
-
 @compute @workgroup_size(8, 8)
 fn trace(@builtin(global_invocation_id) id: vec3u) {
-    frame = frame_params;
-    objects = object_params;
-    materials = material_params;
-    bsdfs = bsdf_params;
-    meshes = mesh_params;
-    environment = environment_params;
+    read_frame();
     if id.x >= frame.width || id.y >= frame.height {
         return;
     }
     let pixel = id.y * frame.width + id.x;
     var sum = sums[pixel];
     for (var i = 0u; i < frame.sample_count; i++) {
-        let radiance = path_radiance(id.x, id.y, pixel, frame.first_sample + i);
-        let y = dot(radiance, LUMINANCE);
-        sum += vec4f(radiance, y * y);
+        sum = with_sample(sum, path_radiance(id.x, id.y, pixel, frame.first_sample + i));
     }
     sums[pixel] = sum;
 }
@@ -79,7 +45,7 @@ fn path_radiance(x: u32, y: u32, pixel: u32, sample: u32) -> vec3f {
     // The camera's own ray has no light sample to share with.
     var density = -1.0;
     var met = nearest(origin, direction, NOTHING);
-    let tent = vec2f(vec2u(start.w >> 16u, start.w & 0xffffu)) / 65536.0 - 0.5;
+    let tent = tent(start.w);
     if IS_LOCAL {
         return local_radiance(met, origin, direction, tent);
     }

@@ -90,14 +90,16 @@ fn devices() -> Vec<NamedDevice> {
     match crate::gpu::device::Gpu::open() {
         Ok(gpu) => {
             use super::compute::Tracer;
+            use crate::pipelines::on_gpu::Shown;
             use crate::pipelines::resources::{EnvironmentBuffers, WorldBuffers};
             let mut tracer = Tracer::default();
             devices.push((
                 "gpu",
                 Box::new(move |Set { frame, world, environment }, samples| {
-                    let environment = EnvironmentBuffers::new(&gpu, environment).unwrap();
-                    let buffers = WorldBuffers::new(&gpu, world).unwrap();
-                    tracer.trace(&gpu, frame, world, &buffers, &environment, samples).unwrap()
+                    let environment = &EnvironmentBuffers::new(&gpu, environment).unwrap();
+                    let world_buffers = &WorldBuffers::new(&gpu, world).unwrap();
+                    let shown = Shown { gpu: &gpu, frame, world, world_buffers, environment };
+                    tracer.trace(&shown, samples).unwrap()
                 }),
             ));
         }
