@@ -41,12 +41,7 @@ impl Renderer {
     }
 
     fn device_of(&self, stimulus: &Stimulus) -> &OpenDevice {
-        match stimulus.method {
-            // It has no twin on graphics adapters.
-            Method::StochasticRasterization => &OpenDevice::Cpu,
-            _ if stimulus.scene.has_mesh() => &self.for_meshes,
-            _ => &self.device,
-        }
+        if stimulus.scene.has_mesh() { &self.for_meshes } else { &self.device }
     }
 }
 

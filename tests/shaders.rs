@@ -7,6 +7,7 @@ use shutterlab::pipelines::distribution_ray_tracing::compute::TRACE_WGSL;
 use shutterlab::pipelines::frame::FrameParams;
 use shutterlab::pipelines::mesh_probe;
 use shutterlab::pipelines::resources::EnvironmentParams;
+use shutterlab::pipelines::stochastic_rasterization::{bins, compute};
 use shutterlab::pipelines::variant::Variant;
 use shutterlab::pipelines::visibility;
 use shutterlab::scene::camera::Camera;
@@ -42,6 +43,7 @@ fn layouts_in_rust() -> Vec<(&'static str, Layout)> {
             shutter_width,
             shutter_reach,
             is_local,
+            first_pixel,
         }),
         layout!(Camera {
             position,
@@ -160,11 +162,13 @@ fn layout_in_wgsl(module: &naga::Module, name: &str) -> Layout {
 #[test]
 fn structs_are_laid_out_alike() {
     module(&mesh_probe::wgsl(true, false));
-    module(&drawing::wgsl(2, true));
-    module(&drawing::wgsl(1, false));
+    module(&drawing::wgsl());
+    module(&bins::wgsl());
     for variant in variants() {
         let local = Variant { is_local: true, ..variant.clone() };
         module(&visibility::wgsl(&local, &render::samples_wgsl()));
+        module(&visibility::wgsl(&local, compute::SAMPLES_WGSL));
+        module(&compute::wgsl(&local));
         let module = module(&variant.wgsl(&[TRACE_WGSL]));
         for (name, (size, fields)) in layouts_in_rust() {
             let wgsl_name = if name == "EnvironmentParams" { "Environment" } else { name };

@@ -43,6 +43,8 @@ pub struct MeshRange {
 /// The buffer of all meshes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Geometry {
+    /// Where in the buffer it begins.
+    pub begin: u32,
     /// What to upload.
     pub words: Vec<[u32; 4]>,
 }
@@ -96,7 +98,7 @@ impl Geometry {
 
     /// Adds `words`, and returns where they begin.
     pub fn append(&mut self, words: &[[u32; 4]]) -> u32 {
-        let begin = self.words.len() as u32;
+        let begin = self.begin + self.words.len() as u32;
         self.words.extend_from_slice(words);
         begin
     }

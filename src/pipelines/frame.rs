@@ -7,7 +7,7 @@ use crate::scene::environment::Environment;
 use crate::scene::import::ImportError;
 use crate::scene::object::Object;
 use crate::scene::shutter::Shutter;
-use crate::scene::world::{Instant, Met, World};
+use crate::scene::world::{Instant, Met, SceneMesh, World};
 use crate::shading::bsdf::Bsdf;
 use crate::shading::direct::from_lights;
 use crate::shading::material::Material;
@@ -95,6 +95,10 @@ pub struct FrameParams {
     pub shutter_reach: f32,
     /// 1 if light comes from the lights alone: [`Illumination::Local`].
     pub is_local: u32,
+    /// The pixel in which the part of the image begins that is drawn.
+    pub first_pixel: [u32; 2],
+    /// Fills up to a multiple of 16 bytes.
+    pub padding: [u32; 2],
 }
 
 /// A frame: its parameters, and the objects of its world with their surfaces.
@@ -134,6 +138,8 @@ impl Frame {
             shutter_width: shutter.width,
             shutter_reach: shutter.reach,
             is_local: u32::from(stimulus.scene.illumination == Illumination::Local),
+            first_pixel: [0; 2],
+            padding: [0; 2],
         };
         let descriptions: Vec<_> = world.descriptions(stimulus).collect();
         let materials = || descriptions.iter().map(|object| stimulus.material_of(object));
@@ -207,6 +213,30 @@ impl FrameParams {
     pub fn shutter(&self) -> Shutter {
         Shutter { kind: self.shutter_kind, width: self.shutter_width, reach: self.shutter_reach }
     }
+}
+
+/// Where a ray meets `object`, whose triangle `triangle` it is seen to meet: spheres and planes where they truly are, a mesh
+/// where the triangle's plane is.
+pub fn met_where(
+    instant: &Instant,
+    object: usize,
+    triangle: u32,
+    (origin, direction): (Vec3, Vec3),
+) -> Option<Met> {
+    let Some(SceneMesh { mesh, .. }) = instant.mesh(object) else {
+        return instant.meet(object, origin, direction, f32::INFINITY, false);
+    };
+    let (of, pose) = (&instant.objects[object], &instant.pose(object));
+    let begin = of.to_object(pose, origin - pose.centre);
+    let along = of.to_object(pose, direction);
+    let corners = mesh.corners(mesh.triangles[triangle as usize], pose.time);
+    let [a, b, c] = corners.map(|corner| corner - begin);
+    let weights = [b.cross(c), c.cross(a), a.cross(b)].map(|normal| normal.dot(along));
+    let sum = weights[0] + weights[1] + weights[2];
+    let is_edge_on = sum == 0.0;
+    let barycentrics = if is_edge_on { [1.0, 0.0, 0.0] } else { weights.map(|w| w / sum) };
+    // Nothing asks a mesh for the distance.
+    Some(Met { object, distance: 0.0, triangle, barycentrics })
 }
 
 /// How far aside of a direction the camera looks the environment up, by a random word: as far as a texel, so that

@@ -14,6 +14,7 @@ struct FrameParams {
     shutter_width: f32,
     shutter_reach: f32,
     is_local: u32,
+    first_pixel: vec2u,
 }
 
 @group(0) @binding(0) var<uniform> frame_params: FrameParams;

@@ -16,6 +16,8 @@ pub mod stochastic_rasterization;
 #[cfg(test)]
 mod tests;
 #[cfg(feature = "gpu")]
+pub mod triangles;
+#[cfg(feature = "gpu")]
 pub mod variant;
 #[cfg(feature = "gpu")]
 pub mod visibility;
@@ -132,9 +134,13 @@ impl OpenDevice {
             (Method::AccumulationBuffer, Self::Gpu(gpu)) => {
                 Box::new(OnGpu::<accumulation_buffer::render::Drawer>::new(gpu.clone(), assets))
             }
-            // It has no twin on graphics adapters.
-            (Method::StochasticRasterization, _) => {
+            (Method::StochasticRasterization, Self::Cpu) => {
                 Box::new(OnCpu::new(stochastic_rasterization::reference::films, assets))
+            }
+            #[cfg(feature = "gpu")]
+            (Method::StochasticRasterization, Self::Gpu(gpu)) => {
+                type Rasterizer = stochastic_rasterization::compute::Rasterizer;
+                Box::new(OnGpu::<Rasterizer>::new(gpu.clone(), assets))
             }
             #[cfg(feature = "gpu")]
             (Method::DistributionRayTracing, Self::Gpu(gpu)) => Box::new(OnGpu::<

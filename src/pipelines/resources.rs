@@ -8,9 +8,12 @@ use crate::mesh::upload::{Geometry, MeshRange};
 use crate::scene::environment::Environment;
 use crate::scene::world::{SceneMesh, World};
 use bytemuck::{Pod, Zeroable};
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use std::borrow::Cow;
 use wgpu::{BindingResource, BufferUsages};
+
+/// The number of the first binding of a shader's own, behind those of [`FrameBuffers::bindings`].
+pub const OWN_BINDINGS: u32 = 11;
 
 /// What `environment.wgsl` reads its tables with.
 #[repr(C)]
@@ -32,9 +35,14 @@ pub struct EnvironmentParams {
     pub padding: [u32; 2],
 }
 
-/// An environment on the device: its parameters and its two tables.
+/// An environment on the device.
 #[derive(Debug)]
-pub struct EnvironmentBuffers([wgpu::Buffer; 3]);
+pub struct EnvironmentBuffers {
+    /// Whether it is black: nothing has to be drawn where nothing else is seen.
+    pub is_black: bool,
+    /// Its parameters and its two tables.
+    buffers: [wgpu::Buffer; 3],
+}
 
 impl EnvironmentBuffers {
     /// Uploads `environment`.
@@ -52,17 +60,25 @@ impl EnvironmentBuffers {
             padding: [0; 2],
         };
         let Environment { texels, parts, .. } = environment;
-        Ok(Self([
+        let buffers = [
             buffers::holding(gpu, "environment", BufferUsages::UNIFORM, &[params])?,
             buffers::holding(gpu, "environment texels", BufferUsages::STORAGE, texels)?,
             buffers::holding(gpu, "environment parts", BufferUsages::STORAGE, parts)?,
-        ]))
+        ];
+        Ok(Self { is_black: environment.uniform() == Some(Vec3::ZERO), buffers })
     }
 }
 
 /// A world on the device.
 #[derive(Debug)]
-pub struct WorldBuffers(pub [wgpu::Buffer; 3]);
+pub struct WorldBuffers {
+    /// Where in `geometry` the parts of each mesh begin.
+    pub ranges: Vec<MeshRange>,
+    /// Pictures, then meshes.
+    pub geometry: wgpu::Buffer,
+    lights: wgpu::Buffer,
+    meshes: wgpu::Buffer,
+}
 
 impl WorldBuffers {
     /// Uploads `world`.
@@ -83,11 +99,14 @@ impl WorldBuffers {
             range
         };
         let ranges: Vec<MeshRange> = world.meshes.iter().map(range).collect();
-        Ok(Self([
-            buffers::holding(gpu, "lights", BufferUsages::UNIFORM, &or_one(&world.lights))?,
-            buffers::holding(gpu, "meshes", BufferUsages::UNIFORM, &or_one(&ranges))?,
-            buffers::holding(gpu, "geometry", BufferUsages::STORAGE, &or_one(&geometry.words))?,
-        ]))
+        let uniform = BufferUsages::UNIFORM;
+        let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
+        Ok(Self {
+            geometry: buffers::holding(gpu, "geometry", storage, &or_one(&geometry.words))?,
+            lights: buffers::holding(gpu, "lights", uniform, &or_one(&world.lights))?,
+            meshes: buffers::holding(gpu, "meshes", uniform, &or_one(&ranges))?,
+            ranges,
+        })
     }
 }
 
@@ -137,8 +156,8 @@ impl FrameBuffers {
         &'a self,
         shown: &Shown<'a>,
     ) -> impl Iterator<Item = (u32, BindingResource<'a>)> {
-        let WorldBuffers([lights, meshes, geometry]) = shown.world_buffers;
-        let EnvironmentBuffers([environment, texels, parts]) = shown.environment;
+        let WorldBuffers { lights, meshes, geometry, .. } = shown.world_buffers;
+        let [environment, texels, parts] = &shown.environment.buffers;
         let Self { params, sums, objects, materials, bsdfs } = self;
         let uniforms = [params, objects, materials, environment, bsdfs, lights, meshes];
         let buffers = uniforms.into_iter().chain([geometry, texels, sums, parts]);

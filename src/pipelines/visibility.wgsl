@@ -1,5 +1,5 @@
 // What samples see, shaded by the lights alone and added up: twin of `Frame::local_radiance` and of what leads to it. The
-// module that uses it declares `sample_of` and `seen_by`.
+// module that uses it declares `sample_of`.
 
 struct Sample {
     // The point of the pixel, from 0 to 1.
@@ -10,16 +10,21 @@ struct Sample {
     word: u32,
 }
 
+// One more than the object and its face that each sample of each pixel sees.
+@group(0) @binding(11) var visibility: texture_2d_array<u32>;
+
 @compute @workgroup_size(8, 8)
 fn shade(@builtin(global_invocation_id) id: vec3u) {
     read_frame();
-    if id.x >= frame.width || id.y >= frame.height {
+    let place = frame.first_pixel + id.xy;
+    if place.x >= frame.width || place.y >= frame.height {
         return;
     }
-    let pixel = id.y * frame.width + id.x;
+    let pixel = place.y * frame.width + place.x;
     var sum = sums[pixel];
     for (var k = 0u; k < frame.sample_count; k++) {
-        sum = with_sample(sum, radiance_of(sample_of(pixel, k), vec2f(id.xy), seen_by(id.xy, k)));
+        let seen = textureLoad(visibility, place, k, 0).xy;
+        sum = with_sample(sum, radiance_of(sample_of(pixel, k), vec2f(place), seen));
     }
     sums[pixel] = sum;
 }

@@ -7,7 +7,7 @@ use crate::mesh::Mesh;
 use crate::scene::object::{Object, Pose};
 use crate::scene::screen_motion::to_image;
 use crate::scene::world::World;
-use glam::{Affine3A, DAffine3, DMat3, Vec3};
+use glam::{Affine3A, BVec3, DAffine3, DMat3, Vec3};
 use shutterlab_stimuli::stimulus::View;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -36,6 +36,14 @@ pub fn shapes<'a>(world: &'a World, objects: &[Object]) -> Vec<Cow<'a, Mesh>> {
         k => Cow::Borrowed(&world.meshes[k - spheres - planes].mesh),
     };
     objects.iter().enumerate().map(shape).collect()
+}
+
+/// The corners of the box around `shape` in both of its poses.
+pub fn corners(shape: &Mesh) -> [Vec3; 8] {
+    let both = shape.positions.iter().chain(shape.end_positions.iter().flatten());
+    let [min, max] =
+        both.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[min, max], &p| [min.min(p), max.max(p)]);
+    std::array::from_fn(|k| Vec3::select(BVec3::new(k & 1 > 0, k & 2 > 0, k & 4 > 0), max, min))
 }
 
 /// A sphere of radius 1.

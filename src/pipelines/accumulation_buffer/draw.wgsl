@@ -3,9 +3,11 @@
 struct Place {
     // From the object's own space to clip space.
     to_clip: mat4x4f,
-    // The object, and which of the meshes it is drawn with.
     object: u32,
-    mesh: u32,
+    // Where its triangles begin, as `MeshRange` has it.
+    faces: u32,
+    vertices: u32,
+    end_vertices: u32,
     // Between its two poses.
     time: f32,
 }
@@ -16,15 +18,13 @@ struct Corner {
 }
 
 @group(0) @binding(0) var<uniform> place: Place;
-@group(0) @binding(1) var<uniform> meshes: array<MeshRange, DRAWN>;
-@group(0) @binding(2) var<storage, read> geometry: array<vec4u>;
+@group(0) @binding(1) var<storage, read> geometry: array<vec4u>;
 
 @vertex
 fn corner(@builtin(vertex_index) index: u32) -> Corner {
-    let mesh = meshes[place.mesh];
     let face = index / 3u;
-    let vertex = geometry[mesh.faces + face][index % 3u];
-    let at = mesh_vector(mesh.vertices + vertex, mesh.end_vertices + vertex, place.time).xyz;
+    let vertex = geometry[place.faces + face][index % 3u];
+    let at = mesh_vector(place.vertices + vertex, place.end_vertices + vertex, place.time).xyz;
     return Corner(place.to_clip * vec4f(at, 1.0), vec2u(place.object, face));
 }
 

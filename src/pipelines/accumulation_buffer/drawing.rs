@@ -1,63 +1,45 @@
 //! Drawing which triangle is seen in each pixel, image by image into the layers of a texture.
 
 use super::Image;
-use super::render::BATCH;
-use crate::gpu::buffers;
 use crate::gpu::device::{Gpu, GpuError};
-use crate::gpu::shader;
-use crate::mesh::bvh::Bvh;
-use crate::mesh::upload::Geometry;
-use crate::mesh::{BVH_WGSL, Mesh};
+use crate::gpu::{buffers, shader};
+use crate::mesh::BVH_WGSL;
 use crate::pipelines::on_gpu::Shown;
-use crate::pipelines::resources::WorldBuffers;
-use crate::raster::shapes::{object_to_image, shapes};
+use crate::pipelines::triangles::Triangles;
+use crate::pipelines::visibility::{self, Visibility};
+use crate::raster::shapes::{corners, object_to_image};
 use bytemuck::{Pod, Zeroable};
-use glam::{Affine3A, Mat4, Vec4};
+use glam::{Affine3A, Mat4, UVec2, Vec2, Vec3, Vec4};
 use shutterlab_stimuli::stimulus::View;
-use std::borrow::Cow;
-use std::collections::HashMap;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
 /// Nearer than this to the camera's plane nothing is drawn, in metres: as the CPU twin has it.
 const NEAR: f32 = 1e-6;
 
-const VISIBILITY: TextureFormat = TextureFormat::Rg32Uint;
 const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 
 /// A [`Place`] begins at a multiple of this many bytes.
 const ALIGNMENT: usize = 256;
 
-/// The source of the shader that draws `drawn` meshes, some of which `move`.
-pub fn wgsl(drawn: usize, moves: bool) -> String {
-    let constants = format!("const DRAWN = {drawn}u;\nconst MESHES_MOVE = {moves};\n");
-    constants + &shader::join(&[BVH_WGSL, include_str!("draw.wgsl")])
-}
-
-/// The compiled shaders, by the number of meshes and whether they move.
-#[derive(Debug, Default)]
-pub struct DrawingShaders {
-    pipelines: HashMap<(usize, bool), wgpu::RenderPipeline>,
+/// The source of the shader.
+pub fn wgsl() -> String {
+    shader::join(&["const MESHES_MOVE = true;", BVH_WGSL, include_str!("draw.wgsl")])
 }
 
 /// A frame whose images can be drawn.
 pub struct Drawing<'a> {
     shown: &'a Shown<'a>,
     view: &'a View,
-    /// Meshes that share a buffer, in the order of the objects.
-    groups: Vec<Group>,
+    triangles: Triangles<'a>,
+    /// The corners of the box around each object.
+    boxes: Vec<[Vec3; 8]>,
+    pipeline: wgpu::RenderPipeline,
+    bind_group: wgpu::BindGroup,
     places: wgpu::Buffer,
     layers: Vec<wgpu::TextureView>,
     depth: wgpu::TextureView,
-    /// One more than the object and its face that is seen in each pixel, layer by layer of a batch.
-    pub visibility: wgpu::TextureView,
-}
-
-/// Meshes that share a buffer.
-struct Group {
-    pipeline: wgpu::RenderPipeline,
-    bind_group: wgpu::BindGroup,
-    /// How many corners each has.
-    corners: Vec<u32>,
+    /// What is seen, in each image of a batch.
+    pub visibility: Visibility,
 }
 
 /// An object at an instant, as `draw.wgsl` declares it.
@@ -66,76 +48,101 @@ struct Group {
 struct Place {
     to_clip: Mat4,
     object: u32,
-    mesh: u32,
+    faces: u32,
+    vertices: u32,
+    end_vertices: u32,
     time: f32,
-    padding: u32,
+    padding: [u32; 3],
 }
 
 impl<'a> Drawing<'a> {
-    /// The frame as `view` sees it: spheres and planes with meshes of their own, meshes as they were uploaded.
+    /// The frame as `view` sees it.
     ///
     /// # Errors
-    /// The adapter cannot bind the meshes.
+    /// The adapter cannot bind all triangles together.
     pub fn new(
         shown: &'a Shown<'a>,
         view: &'a View,
-        shaders: &mut DrawingShaders,
+        pipeline: &mut Option<wgpu::RenderPipeline>,
     ) -> Result<Self, GpuError> {
-        let Shown { gpu, frame, world, .. } = *shown;
-        let size = (ALIGNMENT * frame.objects.len()) as u64 * u64::from(BATCH);
+        let Shown { gpu, frame, .. } = *shown;
+        let triangles = Triangles::new(shown)?;
+        let visibility = Visibility::new(shown, TextureUsages::RENDER_ATTACHMENT);
+        let size = (ALIGNMENT * frame.objects.len()) as u64 * u64::from(visibility.layers);
         let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         let places = buffers::empty(gpu, "places", usage, size)?;
-        let [spheres, planes, _] = world.counts;
-        let shapes = shapes(world, &frame.objects);
-        let (own, meshes) = shapes.split_at(spheres + planes);
-        let mut groups = vec![];
-        if !own.is_empty() {
-            let mut geometry = Geometry::default();
-            // They are drawn, never searched.
-            let push = |shape: &Cow<'_, Mesh>| {
-                geometry.push(shape, &Bvh::default(), &vec![0; shape.triangles.len()])
-            };
-            let ranges: Vec<_> = own.iter().map(push).collect();
-            let ranges = buffers::holding(gpu, "shape ranges", BufferUsages::UNIFORM, &ranges)?;
-            let words = buffers::holding(gpu, "shapes", BufferUsages::STORAGE, &geometry.words)?;
-            groups.push(shaders.group(gpu, own, false, [&places, &ranges, &words]));
-        }
-        if !meshes.is_empty() {
-            let moves = meshes.iter().any(|mesh| mesh.end_positions.is_some());
-            let WorldBuffers([_, ranges, words]) = shown.world_buffers;
-            groups.push(shaders.group(gpu, meshes, moves, [&places, ranges, words]));
-        }
-        let texture = |format, layers, usage| {
-            let (width, height) = (frame.params.width, frame.params.height);
-            gpu.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("visibility"),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: layers },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: TextureUsages::RENDER_ATTACHMENT | usage,
-                view_formats: &[],
-            })
-        };
-        let visibility = texture(VISIBILITY, BATCH, TextureUsages::TEXTURE_BINDING);
+        let place = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer: &places,
+            offset: 0,
+            size: wgpu::BufferSize::new(size_of::<Place>() as u64),
+        });
+        let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
+        let resources = (0..).zip([place, triangles.geometry.as_entire_binding()]);
+        let pipeline = pipeline.get_or_insert_with(|| drawing_pipeline(gpu)).clone();
+        let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("draw"),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &resources.map(entry).collect::<Vec<_>>(),
+        });
         let layer = |base_array_layer| {
-            visibility.create_view(&wgpu::TextureViewDescriptor {
+            visibility.texture.create_view(&wgpu::TextureViewDescriptor {
                 dimension: Some(wgpu::TextureViewDimension::D2),
                 base_array_layer,
                 array_layer_count: Some(1),
                 ..Default::default()
             })
         };
+        let depth = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("depth"),
+            size: wgpu::Extent3d { depth_or_array_layers: 1, ..visibility.texture.size() },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: DEPTH,
+            usage: TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        });
         Ok(Self {
             shown,
             view,
-            groups,
+            boxes: triangles.shapes.iter().map(|shape| corners(shape)).collect(),
+            triangles,
+            pipeline,
+            bind_group,
             places,
-            layers: (0..BATCH).map(layer).collect(),
-            depth: texture(DEPTH, 1, TextureUsages::empty()).create_view(&Default::default()),
-            visibility: visibility.create_view(&Default::default()),
+            layers: (0..visibility.layers).map(layer).collect(),
+            depth: depth.create_view(&Default::default()),
+            visibility,
         })
+    }
+
+    /// The pixels from a first to a last, of which it has none, in which one of `images` may show something else than a
+    /// black environment.
+    pub fn region(&self, images: &[Image]) -> [UVec2; 2] {
+        let size = Vec2::new(self.width() as f32, self.shown.frame.params.height as f32);
+        let all = [UVec2::ZERO, size.as_uvec2()];
+        if !self.shown.environment.is_black {
+            return all;
+        }
+        let [mut min, mut max] = [Vec2::INFINITY, Vec2::NEG_INFINITY];
+        for image in images {
+            for (object, corners) in self.shown.frame.objects.iter().zip(&self.boxes) {
+                let pose = object.at(image.shutter);
+                let to_image =
+                    object_to_image(self.view, self.width(), object, &pose, image.shutter);
+                for &corner in corners {
+                    let at = to_image.transform_point3(corner);
+                    if at.z < 1e-3 {
+                        return all;
+                    }
+                    min = min.min(at.truncate() / at.z);
+                    max = max.max(at.truncate() / at.z);
+                }
+            }
+        }
+        // A pixel more for where in it the image is seen, and one for rounding.
+        let within = |place: Vec2| (place + 0.5 * size).clamp(Vec2::ZERO, size).as_uvec2();
+        [within(min - 2.0), within(max + 3.0)]
     }
 
     /// Draws each of `images` into a layer of its own.
@@ -143,16 +150,12 @@ impl<'a> Drawing<'a> {
         let mut places = vec![];
         for (image, layer) in images.iter().zip(&self.layers) {
             let mut pass = self.pass(encoder, layer);
-            let mut object = 0;
-            for group in &self.groups {
-                pass.set_pipeline(&group.pipeline);
-                for (mesh, &corners) in (0..).zip(&group.corners) {
-                    pass.set_bind_group(0, &group.bind_group, &[places.len() as u32]);
-                    pass.draw(0..corners, 0..1);
-                    places.extend(bytemuck::bytes_of(&self.place(object, mesh, image)));
-                    places.resize(places.len().next_multiple_of(ALIGNMENT), 0);
-                    object += 1;
-                }
+            pass.set_pipeline(&self.pipeline);
+            for (object, shape) in self.triangles.shapes.iter().enumerate() {
+                pass.set_bind_group(0, &self.bind_group, &[places.len() as u32]);
+                pass.draw(0..3 * shape.triangles.len() as u32, 0..1);
+                places.extend(bytemuck::bytes_of(&self.place(object, image)));
+                places.resize(places.len().next_multiple_of(ALIGNMENT), 0);
             }
         }
         self.shown.gpu.queue.write_buffer(&self.places, 0, &places);
@@ -186,14 +189,25 @@ impl<'a> Drawing<'a> {
         })
     }
 
-    /// Where an object, which is a mesh of its group, is in an image.
-    fn place(&self, object: u32, mesh: u32, image: &Image) -> Place {
-        let of = &self.shown.frame.objects[object as usize];
+    /// Where an object is in an image.
+    fn place(&self, object: usize, image: &Image) -> Place {
+        let of = &self.shown.frame.objects[object];
         let pose = of.at(image.shutter);
-        let width = self.shown.frame.params.width;
-        let to_image = object_to_image(self.view, width, of, &pose, image.shutter);
-        let to_clip = self.to_clip(&to_image, image.in_pixel);
-        Place { to_clip, object, mesh, time: pose.time, padding: 0 }
+        let to_image = object_to_image(self.view, self.width(), of, &pose, image.shutter);
+        let range = &self.triangles.ranges[object];
+        Place {
+            to_clip: self.to_clip(&to_image, image.in_pixel),
+            object: object as u32,
+            faces: range.faces,
+            vertices: range.vertices,
+            end_vertices: range.end_vertices,
+            time: pose.time,
+            padding: [0; 3],
+        }
+    }
+
+    fn width(&self) -> u32 {
+        self.shown.frame.params.width
     }
 
     /// From where `to_image` comes from to clip space, where the point `in_pixel` of a pixel is at its centre. Depth is
@@ -211,39 +225,10 @@ impl<'a> Drawing<'a> {
     }
 }
 
-impl DrawingShaders {
-    /// The group of `meshes`, some of which move if `moves`, with their places, ranges and geometry.
-    fn group(
-        &mut self,
-        gpu: &Gpu,
-        meshes: &[Cow<'_, Mesh>],
-        moves: bool,
-        [places, ranges, geometry]: [&wgpu::Buffer; 3],
-    ) -> Group {
-        let compile = || pipeline(gpu, &wgsl(meshes.len(), moves));
-        let pipeline = self.pipelines.entry((meshes.len(), moves)).or_insert_with(compile).clone();
-        let place = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-            buffer: places,
-            offset: 0,
-            size: wgpu::BufferSize::new(size_of::<Place>() as u64),
-        });
-        let resources = [place, ranges.as_entire_binding(), geometry.as_entire_binding()];
-        let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
-        let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("draw"),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &(0..).zip(resources).map(entry).collect::<Vec<_>>(),
-        });
-        let corners = meshes.iter().map(|mesh| 3 * mesh.triangles.len() as u32).collect();
-        Group { pipeline, bind_group, corners }
-    }
-}
-
-/// The pipeline of a shader that draws.
-fn pipeline(gpu: &Gpu, source: &str) -> wgpu::RenderPipeline {
+fn drawing_pipeline(gpu: &Gpu) -> wgpu::RenderPipeline {
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some("draw"),
-        source: wgpu::ShaderSource::Wgsl(source.into()),
+        source: wgpu::ShaderSource::Wgsl(wgsl().into()),
     });
     let buffer = |binding, ty, has_dynamic_offset| wgpu::BindGroupLayoutEntry {
         binding,
@@ -255,7 +240,7 @@ fn pipeline(gpu: &Gpu, source: &str) -> wgpu::RenderPipeline {
     let storage = wgpu::BufferBindingType::Storage { read_only: true };
     let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("draw"),
-        entries: &[buffer(0, uniform, true), buffer(1, uniform, false), buffer(2, storage, false)],
+        entries: &[buffer(0, uniform, true), buffer(1, storage, false)],
     });
     let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some("draw"),
@@ -284,7 +269,7 @@ fn pipeline(gpu: &Gpu, source: &str) -> wgpu::RenderPipeline {
             module: &module,
             entry_point: Some("see"),
             compilation_options: Default::default(),
-            targets: &[Some(VISIBILITY.into())],
+            targets: &[Some(visibility::FORMAT.into())],
         }),
         multiview_mask: None,
         cache: None,

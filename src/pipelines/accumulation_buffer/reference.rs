@@ -3,7 +3,7 @@
 use super::{Image, images};
 use crate::film::Film;
 use crate::mesh::Mesh;
-use crate::pipelines::frame::{Frame, tent};
+use crate::pipelines::frame::{Frame, met_where, tent};
 use crate::raster::Raster;
 use crate::raster::shapes::{object_to_image, shapes};
 use crate::scene::environment::{Environment, luminance};
@@ -82,24 +82,19 @@ fn draw(raster: &mut Raster, frame: &Frame, shapes: &[Cow<'_, Mesh>], view: &Vie
     }
 }
 
-/// What is seen in a pixel by its ray. Spheres and planes are met where they truly are.
+/// What is seen in a pixel by its ray.
 fn met(
     instant: &Instant,
     raster: &Raster,
     ends: &[u32],
     pixel: usize,
-    (origin, direction): (Vec3, Vec3),
+    ray: (Vec3, Vec3),
 ) -> Option<Met> {
-    let fragment = raster.fragments[pixel];
     if raster.depths[pixel].is_infinite() {
         return None;
     }
-    let object = ends.partition_point(|&end| end <= fragment.triangle);
-    if instant.mesh(object).is_none() {
-        return instant.meet(object, origin, direction, f32::INFINITY, false);
-    }
-    let triangle = fragment.triangle - object.checked_sub(1).map_or(0, |before| ends[before]);
-    // Along the view, not the ray: nothing asks a mesh for it.
-    let distance = raster.depths[pixel];
-    Some(Met { object, distance, triangle, barycentrics: fragment.barycentrics })
+    let triangle = raster.fragments[pixel].triangle;
+    let object = ends.partition_point(|&end| end <= triangle);
+    let first = object.checked_sub(1).map_or(0, |before| ends[before]);
+    met_where(instant, object, triangle - first, ray)
 }

@@ -16,7 +16,11 @@
 //!
 //! The samples are those of distribution ray tracing, number by number.
 
+#[cfg(feature = "gpu")]
+pub mod bins;
 pub mod bounds;
+#[cfg(feature = "gpu")]
+pub mod compute;
 pub mod motion;
 pub mod reference;
 #[cfg(test)]
@@ -24,6 +28,9 @@ mod tests;
 
 /// Width and height of a tile, in pixels.
 pub const TILE: u32 = 8;
+
+/// Layers of depth that triangles in a tile are sorted into on a graphics device, for want of an order.
+pub const LAYERS: u32 = 4;
 
 /// Slices of time that samples are sorted into, for so many samples in each pixel: one or two samples each.
 pub fn slices(samples: u32) -> u32 {

@@ -2,7 +2,7 @@
 
 use crate::mesh::Mesh;
 use crate::pipelines::frame::Frame;
-use crate::raster::shapes::object_to_image;
+use crate::raster::shapes::{corners, object_to_image};
 use crate::scene::camera::Camera;
 use crate::scene::object::Object;
 use glam::{Affine3A, Mat3, Vec2, Vec3};
@@ -18,16 +18,18 @@ const MOST_SEGMENTS: u32 = 256;
 /// Nearer to the camera's plane nothing is seen, in metres: as the rasterizer has it.
 pub const NEAR: f32 = 1e-6;
 
-/// The vertices of an object at the ends of the segments.
+/// The way of an object while the shutter is open.
 #[derive(Clone, Debug)]
-pub struct Path {
-    /// (x·z, y·z, z) of each vertex, with x and y in pixels from the image's corner, at the beginning of each segment
-    /// and at the end of the last.
-    ends: Vec<Vec<Vec3>>,
+pub struct Way {
+    /// At the beginning of each segment and at the end of the last: what takes the object's own space to (x·z, y·z, z),
+    /// with x and y in pixels from the image's corner; and where a mesh is between its two poses.
+    pub ends: Vec<(Affine3A, f32)>,
+    /// The corners of the box around it.
+    corners: [Vec3; 8],
 }
 
-impl Path {
-    /// The path of `object`, whose triangles are those of `shape`, while the shutter is open.
+impl Way {
+    /// The way of `object`, whose triangles are those of `shape`.
     pub fn new(frame: &Frame, view: &View, object: &Object, shape: &Mesh) -> Self {
         let instant = |time: f32| {
             let shutter = time - 0.5;
@@ -37,11 +39,40 @@ impl Path {
             let from_corner = Affine3A::from_mat3(Mat3::from_cols(Vec3::X, Vec3::Y, centre));
             (from_corner * object_to_image(view, width, object, &pose, shutter), pose.time)
         };
-        let segments = segments(shape, &instant);
-        let ends = (0..=segments).into_par_iter().map(|end| {
-            let (to_image, pose) = instant(end as f32 / segments as f32);
-            shape.vertices_at(pose).map(|position| to_image.transform_point3(position)).collect()
-        });
+        let corners = corners(shape);
+        let segments = segments(&corners, shape.end_positions.is_some(), &instant);
+        let ends = (0..=segments).map(|end| instant(end as f32 / segments as f32));
+        Self { ends: ends.collect(), corners }
+    }
+
+    /// The least and the greatest distance along the view of the corners of the box around it.
+    pub fn depths(&self) -> [f32; 2] {
+        let corners = |(to_image, _): &(Affine3A, f32)| {
+            let depth = |&corner| to_image.transform_point3(corner).z;
+            self.corners.iter().map(depth).collect::<Vec<_>>()
+        };
+        let fold = |[least, most]: [f32; 2], z: f32| [least.min(z), most.max(z)];
+        self.ends.iter().flat_map(corners).fold([f32::INFINITY, f32::NEG_INFINITY], fold)
+    }
+}
+
+/// The vertices of an object at the ends of the segments.
+#[derive(Clone, Debug)]
+pub struct Path {
+    /// (x·z, y·z, z) of each vertex.
+    ends: Vec<Vec<Vec3>>,
+}
+
+impl Path {
+    /// The path of `object`, whose triangles are those of `shape`, while the shutter is open.
+    pub fn new(frame: &Frame, view: &View, object: &Object, shape: &Mesh) -> Self {
+        let ends =
+            Way::new(frame, view, object, shape).ends.into_par_iter().map(|(to_image, pose)| {
+                shape
+                    .vertices_at(pose)
+                    .map(|position| to_image.transform_point3(position))
+                    .collect()
+            });
         Self { ends: ends.collect() }
     }
 
@@ -60,16 +91,9 @@ impl Path {
     }
 }
 
-/// How many segments are needed: so many that the corners of the box around `shape` are, half way through each, within
-/// the tolerance of where they should be. It doubles until they are.
-fn segments(shape: &Mesh, instant: &impl Fn(f32) -> (Affine3A, f32)) -> u32 {
-    let both = shape.positions.iter().chain(shape.end_positions.iter().flatten());
-    let [min, max] =
-        both.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[min, max], &p| [min.min(p), max.max(p)]);
-    let corners: Vec<Vec3> = (0..8)
-        .map(|k| Vec3::select(glam::BVec3::new(k & 1 > 0, k & 2 > 0, k & 4 > 0), max, min))
-        .collect();
-    let moves = shape.end_positions.is_some();
+/// How many segments are needed: so many that the corners of the box around an object are, half way through each, within
+/// the tolerance of where they should be. It doubles until they are. The object may have two poses.
+fn segments(corners: &[Vec3], moves: bool, instant: &impl Fn(f32) -> (Affine3A, f32)) -> u32 {
     let mut segments = 1;
     while segments < MOST_SEGMENTS {
         let is_straight = (0..segments).all(|segment| {
@@ -130,15 +154,6 @@ impl Views {
     }
 }
 
-/// Where a sample meets a triangle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SampleHit {
-    /// Distance along the view.
-    pub depth: f32,
-    /// Weights of the corners.
-    pub barycentrics: [f32; 3],
-}
-
 impl MovingTriangle {
     /// The triangle as a point of the lens with this [`Camera::parallax`] sees it.
     pub fn seen_from(&self, [near, with_depth]: [Vec2; 2]) -> Self {
@@ -146,9 +161,10 @@ impl MovingTriangle {
         Self { start: self.start.map(moved), end: self.end.map(moved) }
     }
 
-    /// What of it is seen at `time` at a point of the image, from whichever side. Of triangles that share an edge at
-    /// least one has each point: with the sample as origin the two see the same numbers there with opposite signs.
-    pub fn hit(&self, point: Vec2, time: f32) -> Option<SampleHit> {
+    /// Distance along the view of what of it is seen at `time` at a point of the image, from whichever side. Of triangles
+    /// that share an edge at least one has each point: with the sample as origin the two see the same numbers there with
+    /// opposite signs.
+    pub fn hit(&self, point: Vec2, time: f32) -> Option<f32> {
         let corners: [Vec3; 3] =
             std::array::from_fn(|k| self.start[k] + (self.end[k] - self.start[k]) * time);
         let [a, b, c] = corners.map(|q| q.truncate() - point * q.z);
@@ -158,8 +174,8 @@ impl MovingTriangle {
         if !is_inside || !inverse.is_finite() {
             return None;
         }
-        let barycentrics = [u, v, w].map(|edge| edge * inverse);
-        let depth = corners.iter().zip(barycentrics).map(|(q, weight)| q.z * weight).sum();
-        (depth > NEAR).then_some(SampleHit { depth, barycentrics })
+        let weights = [u, v, w].map(|edge| edge * inverse);
+        let depth = corners.iter().zip(weights).map(|(q, weight)| q.z * weight).sum();
+        (depth > NEAR).then_some(depth)
     }
 }

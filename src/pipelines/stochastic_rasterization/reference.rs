@@ -1,17 +1,17 @@
 //! The CPU twin: tiles side by side, each with the triangles that can be seen in it.
 
 use super::bounds::{Interval, Rectangle, by_edges, by_planes, swept};
-use super::motion::{MovingTriangle, Path, SampleHit, Views};
+use super::motion::{MovingTriangle, Path, Views};
 use super::{TILE, slices};
 use crate::film::Film;
 use crate::mesh::Mesh;
-use crate::pipelines::frame::{Frame, tent};
+use crate::pipelines::frame::{Frame, met_where, tent};
 use crate::raster::shapes::shapes;
 use crate::sampling::random::{StreamKey, unit};
 use crate::sampling::sampler;
 use crate::scene::camera::Camera;
 use crate::scene::environment::{Environment, luminance};
-use crate::scene::world::{Instant, Met, World};
+use crate::scene::world::{Instant, World};
 use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use shutterlab_stimuli::stimulus::View;
@@ -84,7 +84,7 @@ struct Sample {
 struct Seen {
     object: u32,
     triangle: u32,
-    hit: SampleHit,
+    depth: f32,
 }
 
 impl<'a> Moving<'a> {
@@ -275,9 +275,8 @@ impl Samples {
                 let own = &self.starts[slice * PIXELS..=(slice + 1) * PIXELS];
                 let all = own[0] as usize..own[PIXELS] as usize;
                 if std::mem::take(is_old) {
-                    let depths = seen[all]
-                        .iter()
-                        .map(|seen| seen.map_or(f32::INFINITY, |seen| seen.hit.depth));
+                    let depths =
+                        seen[all].iter().map(|seen| seen.map_or(f32::INFINITY, |seen| seen.depth));
                     *depth = depths.fold(0.0, f32::max);
                 }
                 if entry.depth > *depth {
@@ -302,16 +301,16 @@ impl Samples {
                         if !(entry.interval.from..=entry.interval.to).contains(&time) {
                             continue;
                         }
-                        let hit = if has_lens {
+                        let depth = if has_lens {
                             let parallax = moving.camera.parallax(sample.lens);
                             triangle.seen_from(parallax).hit(sample.point, time)
                         } else {
                             triangle.hit(sample.point, time)
                         };
-                        let Some(hit) = hit else { continue };
-                        if seen.is_none_or(|before| hit.depth < before.hit.depth) {
+                        let Some(depth) = depth else { continue };
+                        if seen.is_none_or(|before| depth < before.depth) {
                             let Entry { object, triangle, .. } = *entry;
-                            *seen = Some(Seen { object, triangle, hit });
+                            *seen = Some(Seen { object, triangle, depth });
                             *is_old = true;
                         }
                     }
@@ -366,17 +365,7 @@ fn radiance_of(
     let instant = Instant { world, objects: &frame.objects, shutter };
     let in_pixel = [point.x - x as f32, point.y - y as f32];
     let ray = frame.params.ray([x, y], in_pixel, shutter, lens);
-    let met = seen.and_then(|&Seen { object, triangle, hit }| {
-        let object = object as usize;
-        match instant.mesh(object) {
-            // Spheres and planes are met where they truly are.
-            None => instant.meet(object, ray.0, ray.1, f32::INFINITY, false),
-            Some(_) => {
-                let SampleHit { depth, barycentrics } = hit;
-                Some(Met { object, distance: depth, triangle, barycentrics })
-            }
-        }
-    });
+    let met = seen.and_then(|seen| met_where(&instant, seen.object as usize, seen.triangle, ray));
     let words = sample_words(frame, y * frame.params.width + x, number);
     frame.local_radiance(&instant, environment, met, ray, tent(words[3]))
 }
