@@ -220,7 +220,7 @@ fn brute_force(triangles: &[Seen], samples: &[Sample]) -> Vec<(u64, Vec<f32>)> {
                 for (sample, depth) in of_pixel(samples, x, y).iter().zip(depths) {
                     if let Some(hit) = triangle.hit(sample.point, sample.time) {
                         hits += 1;
-                        *depth = depth.min(hit.depth);
+                        *depth = depth.min(hit);
                     }
                 }
             }

@@ -53,6 +53,15 @@ fn read_frame() {
     meshes = mesh_params;
 }
 
+// The point of the lens, a unit disk, that a sample is seen from: twin of `FrameParams::lens`.
+fn lens_of(pixel: u32, sample: u32) -> vec2f {
+    if !HAS_LENS {
+        return vec2f(0.0);
+    }
+    let words = lens_words(frame.key, frame.strata, pixel, sample);
+    return concentric_disk(vec2f(unit(words.x), unit(words.y)));
+}
+
 // Where a sample looks the environment up beside its direction: twin of `tent`.
 fn tent(word: u32) -> vec2f {
     return vec2f(vec2u(word >> 16u, word & 0xffffu)) / 65536.0 - 0.5;

@@ -2,8 +2,9 @@
 // module that uses it declares `sample_of`.
 
 struct Sample {
-    // The point of the pixel, from 0 to 1.
-    in_pixel: vec2f,
+    // The point of the pixel, from 0 to 1, and that of the lens, a unit disk.
+    @align(16) in_pixel: vec2f,
+    lens: vec2f,
     // The instant, as part of the shutter interval from its middle.
     shutter: f32,
     // Looks the environment up a little aside.
@@ -32,7 +33,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
 // Radiance of what a sample of the pixel at `corner` sees: one more than the object, and its face.
 fn radiance_of(sample: Sample, corner: vec2f, seen: vec2u) -> vec3f {
     let size = vec2f(vec2u(frame.width, frame.height));
-    let ray = camera_ray(frame.camera, corner + sample.in_pixel - 0.5 * size, sample.shutter);
+    let ray = camera_ray(frame.camera, corner + sample.in_pixel - 0.5 * size, sample.shutter, sample.lens);
     var met = Met(NOTHING, FAR, 0u, vec3f(0.0));
     if seen.x != 0u {
         // unroll

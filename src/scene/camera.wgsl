@@ -53,3 +53,12 @@ fn normalize_or(v: vec3f, otherwise: vec3f) -> vec3f {
     }
     return otherwise;
 }
+
+// Where a point of the lens sees what its middle sees at (x·z, y·z, z): twin of `parallax`.
+fn parallax(camera: Camera, lens: vec2f) -> array<vec2f, 2> {
+    if !HAS_LENS {
+        return array(vec2f(0.0), vec2f(0.0));
+    }
+    let near = vec2f(-lens.x, lens.y) * (camera.lens_radius * camera.focal_length_px);
+    return array(near, -near / camera.focus_distance);
+}

@@ -196,7 +196,7 @@ impl<'a> Drawing<'a> {
         let to_image = object_to_image(self.view, self.width(), of, &pose, image.shutter);
         let range = &self.triangles.ranges[object];
         Place {
-            to_clip: self.to_clip(&to_image, image.in_pixel),
+            to_clip: self.to_clip(&(image.shift(&self.shown.frame.params) * to_image)),
             object: object as u32,
             faces: range.faces,
             vertices: range.vertices,
@@ -210,18 +210,12 @@ impl<'a> Drawing<'a> {
         self.shown.frame.params.width
     }
 
-    /// From where `to_image` comes from to clip space, where the point `in_pixel` of a pixel is at its centre. Depth is
-    /// reversed: 0 infinitely far away, so that single precision tells far things apart as well as near ones.
-    fn to_clip(&self, to_image: &Affine3A, in_pixel: [f32; 2]) -> Mat4 {
+    /// From where `to_image` comes from to clip space. Depth is reversed: 0 infinitely far away, so that single precision
+    /// tells far things apart as well as near ones.
+    fn to_clip(&self, to_image: &Affine3A) -> Mat4 {
         let params = &self.shown.frame.params;
         let [x, y] = [2.0 / params.width as f32, -2.0 / params.height as f32];
-        let [right, down] = in_pixel.map(|at| 0.5 - at);
-        Mat4::from_cols(
-            Vec4::X * x,
-            Vec4::Y * y,
-            Vec4::new(right * x, down * y, 0.0, 1.0),
-            Vec4::Z * NEAR,
-        ) * Mat4::from(*to_image)
+        Mat4::from_cols(Vec4::X * x, Vec4::Y * y, Vec4::W, Vec4::Z * NEAR) * Mat4::from(*to_image)
     }
 }
 

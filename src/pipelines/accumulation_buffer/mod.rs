@@ -21,7 +21,7 @@ use crate::sampling::random::{StreamKey, unit};
 use crate::sampling::sampler;
 use crate::sampling::warp::concentric_disk;
 use bytemuck::{Pod, Zeroable};
-use glam::Vec2;
+use glam::{Affine3A, Mat3, Vec2, Vec3};
 
 /// One of the images, as both devices read it.
 #[repr(C)]
@@ -35,6 +35,19 @@ pub struct Image {
     shutter: f32,
     /// Looks the environment up a little aside.
     word: u32,
+    /// Fills up to a multiple of 16 bytes.
+    padding: [u32; 2],
+}
+
+impl Image {
+    /// Takes (x·z, y·z, z), as the middle of the lens sees a point, to where this image has it: at the centre of a pixel
+    /// what its rays go through.
+    fn shift(&self, params: &FrameParams) -> Affine3A {
+        let to_centre = Vec2::from(self.in_pixel.map(|at| 0.5 - at));
+        let [near, with_depth] = params.camera.parallax(self.lens);
+        let shear = Mat3::from_cols(Vec3::X, Vec3::Y, (to_centre + with_depth).extend(1.0));
+        Affine3A::from_mat3_translation(shear, near.extend(0.0))
+    }
 }
 
 /// The images of a frame that is made of `count`.
@@ -50,6 +63,7 @@ fn images(params: &FrameParams, count: u32) -> Vec<Image> {
             lens: concentric_disk([u, v].map(unit)),
             shutter: shutter.instant(share),
             word,
+            padding: [0; 2],
         }
     };
     (0..count).map(image).collect()

@@ -8,7 +8,7 @@ use crate::raster::Raster;
 use crate::raster::shapes::{object_to_image, shapes};
 use crate::scene::environment::{Environment, luminance};
 use crate::scene::world::{Instant, Met, World};
-use glam::{Affine3A, Mat3, Vec2, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use shutterlab_stimuli::stimulus::View;
 use std::borrow::Cow;
@@ -70,11 +70,7 @@ fn film(frame: &Frame, world: &World, environment: &Environment, view: &View, co
 /// Draws what is seen in `image`.
 fn draw(raster: &mut Raster, frame: &Frame, shapes: &[Cow<'_, Mesh>], view: &View, image: &Image) {
     raster.clear();
-    // The point of the pixel comes to its centre, where the rasterizer looks.
-    let to_centre = Vec2::from(image.in_pixel.map(|at| 0.5 - at));
-    let [near, with_depth] = frame.params.camera.parallax(image.lens);
-    let shear = Mat3::from_cols(Vec3::X, Vec3::Y, (to_centre + with_depth).extend(1.0));
-    let shift = Affine3A::from_mat3_translation(shear, near.extend(0.0));
+    let shift = image.shift(&frame.params);
     for (object, shape) in frame.objects.iter().zip(shapes) {
         let pose = object.at(image.shutter);
         let to_image = object_to_image(view, frame.params.width, object, &pose, image.shutter);

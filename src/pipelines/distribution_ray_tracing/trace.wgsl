@@ -31,11 +31,7 @@ fn path_radiance(x: u32, y: u32, pixel: u32, sample: u32) -> vec3f {
     }
     let in_pixel = vec2f(unit(start.x), unit(start.y));
     let size = vec2f(vec2u(frame.width, frame.height));
-    var lens = vec2f(0.0);
-    if HAS_LENS {
-        let words = lens_words(frame.key, frame.strata, pixel, sample);
-        lens = concentric_disk(vec2f(unit(words.x), unit(words.y)));
-    }
+    let lens = lens_of(pixel, sample);
     let ray = camera_ray(frame.camera, vec2f(vec2u(x, y)) + in_pixel - 0.5 * size, shutter, lens);
     var origin = ray.origin;
     var direction = ray.direction;

@@ -53,7 +53,7 @@ fn each_tile(moving: MovingTriangle, segment: u32, face: u32) {
                 q = moving.end[k % 3u];
             }
             let at = q.xy / q.z;
-            let slack = PLACE_SLACK + SLACK * abs(at);
+            let slack = PLACE_SLACK + SLACK * abs(at) + blur(q.z) / q.z;
             least = min(least, at - slack);
             most = max(most, at + slack);
         }
@@ -113,7 +113,13 @@ fn distance(q: vec3f, plane: u32, corner: vec2f, far_corner: vec2f) -> f32 {
     let is_far = plane >= 2u;
     let side = select(corner[axis], far_corner[axis], is_far) * q.z;
     let inner = select(q[axis] - side, side - q[axis], is_far);
-    return inner + SLACK * (abs(q[axis]) + abs(side));
+    return inner + blur(q.z) + SLACK * (abs(q[axis]) + abs(side) + band.blur_px);
+}
+
+// How far a point at a depth is moved at most by where on the lens it is seen from. Along the way from one depth to
+// another it is no more than in even steps from one end to the other.
+fn blur(z: f32) -> f32 {
+    return abs(band.blur_px * (1.0 - z * band.inverse_focus));
 }
 
 // Rounded outwards.

@@ -87,7 +87,9 @@ pub struct Band {
     fills: u32,
     nearest: f32,
     layers_per_m: f32,
-    padding: u32,
+    blur_px: f32,
+    inverse_focus: f32,
+    padding: [u32; 3],
 }
 
 impl<'a> Bins<'a> {
@@ -117,7 +119,16 @@ impl<'a> Bins<'a> {
             });
         let nearest = nearest.max(0.0);
         let layers_per_m = LAYERS as f32 / (farthest - nearest).max(1e-6);
-        let params = Band { columns, end_row: rows, nearest, layers_per_m, ..Band::zeroed() };
+        let camera = &frame.params.camera;
+        let params = Band {
+            columns,
+            end_row: rows,
+            nearest,
+            layers_per_m,
+            blur_px: camera.lens_radius * camera.focal_length_px,
+            inverse_focus: camera.focus_distance.recip(),
+            ..Band::zeroed()
+        };
         let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let band = buffers::holding(gpu, "band", BufferUsages::UNIFORM, &[params])?;
         let segments = buffers::holding(gpu, "segments", BufferUsages::STORAGE, &segments)?;

@@ -35,6 +35,10 @@ struct Band {
     // What is nearest, and layers of depth per metre behind it.
     nearest: f32,
     layers_per_m: f32,
+    // How far a point at depth z is moved at most by where on the lens it is seen from, in (x·z, y·z): the first, times
+    // 1 − z times the second.
+    blur_px: f32,
+    inverse_focus: f32,
 }
 
 // (x·z, y·z, z) of the corners, one in each column, as a segment begins and as it ends.
@@ -60,14 +64,15 @@ fn to_image(matrix: mat4x3f, p: vec3f) -> vec3f {
     return matrix[0] * p.x + matrix[1] * p.y + matrix[2] * p.z + matrix[3];
 }
 
-// Depth of what of the triangle is seen at `time` at a point of the image, from whichever side; or −1.
-fn hit(moving: MovingTriangle, point: vec2f, time: f32) -> f32 {
+// Depth of what of the triangle is seen at `time` at a point of the image, from whichever side; or −1. `near` is by how
+// much all places in (x·z, y·z) are moved.
+fn hit(moving: MovingTriangle, point: vec2f, near: vec2f, time: f32) -> f32 {
     let p = moving.start[0] + (moving.end[0] - moving.start[0]) * time;
     let q = moving.start[1] + (moving.end[1] - moving.start[1]) * time;
     let r = moving.start[2] + (moving.end[2] - moving.start[2]) * time;
-    let a = p.xy - point * p.z;
-    let b = q.xy - point * q.z;
-    let c = r.xy - point * r.z;
+    let a = p.xy + near - point * p.z;
+    let b = q.xy + near - point * q.z;
+    let c = r.xy + near - point * r.z;
     let edges = vec3f(b.x * c.y - b.y * c.x, c.x * a.y - c.y * a.x, a.x * b.y - a.y * b.x);
     let sum = edges.x + edges.y + edges.z;
     let is_inside = all(edges >= vec3f(0.0)) | all(edges <= vec3f(0.0));

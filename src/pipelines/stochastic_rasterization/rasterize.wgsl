@@ -74,8 +74,9 @@ fn draw_slice(own: vec2u, least: u32, k: u32, place: vec2u, pixel: u32) -> u32 {
     workgroupBarrier();
     var next = least;
     var numbers: array<u32, SLICE>;
-    // The point in the image, and the time.
+    // The point in the image, and the time; and by how much its point of the lens moves all places.
     var samples: array<vec3f, SLICE>;
+    var nears: array<vec2f, SLICE>;
     var depths: array<f32, SLICE>;
     var seen: array<vec2u, SLICE>;
     for (var j = 0u; j < SLICE; j++) {
@@ -88,7 +89,11 @@ fn draw_slice(own: vec2u, least: u32, k: u32, place: vec2u, pixel: u32) -> u32 {
             next = key + 1u;
             let words = first_blocks(frame.key, frame.strata, pixel, frame.first_sample + numbers[j]).start;
             let time = shutter_instant(frame.shutter_width, frame.shutter_reach, unit(words.z)) + 0.5;
-            samples[j] = vec3f(vec2f(place) + vec2f(unit(words.x), unit(words.y)), time);
+            let moved = parallax(frame.camera, lens_of(pixel, frame.first_sample + numbers[j]));
+            let point = vec2f(place) + vec2f(unit(words.x), unit(words.y));
+            // What is moved with the depth is as if the point were moved the other way.
+            samples[j] = vec3f(point - moved[1], time);
+            nears[j] = moved[0];
             depths[j] = FAR;
             atomicMin(&begins, bitcast<u32>(time));
             atomicMax(&ends, bitcast<u32>(time));
@@ -110,7 +115,7 @@ fn draw_slice(own: vec2u, least: u32, k: u32, place: vec2u, pixel: u32) -> u32 {
             for (var j = 0u; j < SLICE; j++) {
                 // The ends belong to both segments: a triangle that is seen twice is seen once.
                 let time = samples[j].z * candidate.count - candidate.before;
-                let depth = hit(candidate.moving, samples[j].xy, time);
+                let depth = hit(candidate.moving, samples[j].xy, nears[j], time);
                 let number = vec2u(candidate.segment, candidate.face);
                 let is_before = number.x < seen[j].x || (number.x == seen[j].x && number.y < seen[j].y);
                 let is_nearer = depth < depths[j] || (depth == depths[j] && is_before);
