@@ -95,7 +95,7 @@ fn a_grid_renders_one_scene_by_all_methods() {
     std::fs::write(folder.join("model.obj"), model()).unwrap();
     std::fs::write(folder.join("scene.toml"), SCENE).unwrap();
     std::fs::write(folder.join("grid.toml"), GRID).unwrap();
-    succeed(folder, &["render", "grid.toml", "-o", "out"]);
+    succeed(folder, &["render", "grid.toml", "-o", "out", "--device", "cpu"]);
     let rays = pixels(folder, "D-M-V-T-N");
     assert!(rays.iter().sum::<f64>() > 1e5);
     for method in ["A", "S"] {

@@ -106,7 +106,11 @@ fn pipelines_never_import_one_another() {
         .collect();
     for (path, text) in &files {
         let own = pipeline(path).unwrap();
-        for other in names.iter().filter(|name| **name != own && own != "mod.rs") {
+        // What knows all of them.
+        if ["mod.rs", "tests"].contains(&own.as_str()) {
+            continue;
+        }
+        for other in names.iter().filter(|name| **name != own) {
             assert!(!text.contains(&format!("pipelines::{other}")), "{}: {other}", path.display());
         }
     }

@@ -2,11 +2,13 @@
 //! the same places.
 
 use shutterlab::mesh::upload::MeshRange;
-use shutterlab::pipelines::accumulation_buffer::{drawing, render};
+use shutterlab::pipelines::accumulation_buffer::drawing::Place;
+use shutterlab::pipelines::accumulation_buffer::{Image, drawing, render};
 use shutterlab::pipelines::distribution_ray_tracing::compute::TRACE_WGSL;
 use shutterlab::pipelines::frame::FrameParams;
 use shutterlab::pipelines::mesh_probe;
 use shutterlab::pipelines::resources::EnvironmentParams;
+use shutterlab::pipelines::stochastic_rasterization::bins::{Band, Segment};
 use shutterlab::pipelines::stochastic_rasterization::{bins, compute};
 use shutterlab::pipelines::variant::Variant;
 use shutterlab::pipelines::visibility;
@@ -162,19 +164,57 @@ fn layout_in_wgsl(module: &naga::Module, name: &str) -> Layout {
 #[test]
 fn structs_are_laid_out_alike() {
     module(&mesh_probe::wgsl(true, false));
-    module(&drawing::wgsl());
-    module(&bins::wgsl());
     for variant in variants() {
-        let local = Variant { is_local: true, ..variant.clone() };
-        module(&visibility::wgsl(&local, &render::samples_wgsl()));
-        module(&visibility::wgsl(&local, compute::SAMPLES_WGSL));
-        module(&compute::wgsl(&local));
         let module = module(&variant.wgsl(&[TRACE_WGSL]));
-        for (name, (size, fields)) in layouts_in_rust() {
+        for (name, layout) in layouts_in_rust() {
             let wgsl_name = if name == "EnvironmentParams" { "Environment" } else { name };
-            let (wgsl_size, wgsl_fields) = layout_in_wgsl(&module, wgsl_name);
-            assert_eq!(fields, wgsl_fields, "{name}");
-            assert!(wgsl_size <= size, "{name}: {wgsl_size} bytes in WGSL, {size} in Rust");
+            assert_alike(&module, wgsl_name, &layout);
         }
     }
+}
+
+#[test]
+fn structs_of_rasterizers_are_laid_out_alike() {
+    let (_, place) = layout!(Place { to_clip, object, faces, vertices, end_vertices, time });
+    assert_alike(&module(&drawing::wgsl()), "Place", &place);
+    let (_, segment) = layout!(Segment {
+        to_image,
+        to_image_at_end,
+        poses,
+        before,
+        count,
+        object,
+        triangles,
+        faces,
+        vertices,
+        end_vertices,
+        first_group,
+    });
+    let (_, band) = layout!(Band {
+        columns,
+        first_column,
+        first_row,
+        end_row,
+        fills,
+        nearest,
+        layers_per_m,
+        blur_px,
+        inverse_focus
+    });
+    let binning = module(&bins::wgsl());
+    assert_alike(&binning, "Segment", &segment);
+    assert_alike(&binning, "Band", &band);
+    let (_, image) = layout!(Image { in_pixel, lens, shutter, word });
+    for variant in variants() {
+        let local = Variant { is_local: true, ..variant };
+        assert_alike(&module(&visibility::wgsl(&local, &render::samples_wgsl())), "Sample", &image);
+        module(&visibility::wgsl(&local, compute::SAMPLES_WGSL));
+        module(&compute::wgsl(&local));
+    }
+}
+
+fn assert_alike(module: &naga::Module, name: &str, (size, fields): &Layout) {
+    let (wgsl_size, wgsl_fields) = layout_in_wgsl(module, name);
+    assert_eq!(*fields, wgsl_fields, "{name}");
+    assert!(wgsl_size <= *size, "{name}: {wgsl_size} bytes in WGSL, {size} in Rust");
 }

@@ -45,14 +45,21 @@ pub struct Drawing<'a> {
 /// An object at an instant, as `draw.wgsl` declares it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Place {
-    to_clip: Mat4,
-    object: u32,
-    faces: u32,
-    vertices: u32,
-    end_vertices: u32,
-    time: f32,
-    padding: [u32; 3],
+pub struct Place {
+    /// From the object's own space to clip space.
+    pub to_clip: Mat4,
+    /// The object.
+    pub object: u32,
+    /// See [`MeshRange`](crate::mesh::upload::MeshRange).
+    pub faces: u32,
+    /// The same.
+    pub vertices: u32,
+    /// The same.
+    pub end_vertices: u32,
+    /// Between its two poses.
+    pub time: f32,
+    /// Fills up to a multiple of 16 bytes.
+    pub padding: [u32; 3],
 }
 
 impl<'a> Drawing<'a> {
@@ -130,11 +137,15 @@ impl<'a> Drawing<'a> {
                 let pose = object.at(image.shutter);
                 let to_image =
                     object_to_image(self.view, self.width(), object, &pose, image.shutter);
-                for &corner in corners {
-                    let at = to_image.transform_point3(corner);
-                    if at.z < 1e-3 {
-                        return all;
-                    }
+                let to_image = image.shift(&self.shown.frame.params) * to_image;
+                let corners = corners.map(|corner| to_image.transform_point3(corner));
+                if corners.iter().all(|at| at.z < NEAR) {
+                    continue;
+                }
+                if corners.iter().any(|at| at.z < 1e-3) {
+                    return all;
+                }
+                for at in corners {
                     min = min.min(at.truncate() / at.z);
                     max = max.max(at.truncate() / at.z);
                 }

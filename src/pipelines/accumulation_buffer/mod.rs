@@ -28,13 +28,13 @@ use glam::{Affine3A, Mat3, Vec2, Vec3};
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Image {
     /// The point of the pixel that it is seen through, from 0 to 1.
-    in_pixel: [f32; 2],
+    pub in_pixel: [f32; 2],
     /// The point of the lens, a unit disk, that it is seen from.
-    lens: Vec2,
+    pub lens: Vec2,
     /// Its instant, as part of the shutter interval from its middle.
-    shutter: f32,
+    pub shutter: f32,
     /// Looks the environment up a little aside.
-    word: u32,
+    pub word: u32,
     /// Fills up to a multiple of 16 bytes.
     padding: [u32; 2],
 }

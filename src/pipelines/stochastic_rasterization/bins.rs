@@ -2,7 +2,7 @@
 //! bands of rows, are known before they are written.
 
 use super::motion::Way;
-use super::{LAYERS, TILE};
+use super::{LAYERS, TILE, moving_wgsl};
 use crate::gpu::device::{Gpu, GpuError};
 use crate::gpu::{buffers, shader};
 use crate::mesh::BVH_WGSL;
@@ -23,9 +23,8 @@ const ENTRY: u64 = 16;
 
 /// The source of the shader that puts triangles into tiles.
 pub fn wgsl() -> String {
-    let constants =
-        format!("const LAYERS = {LAYERS}u;\nconst MESHES_MOVE = true;\nconst FAR = 3.4e38;\n");
-    constants + &shader::join(&[BVH_WGSL, include_str!("moving.wgsl"), include_str!("bin.wgsl")])
+    const CONSTANTS: &str = "const MESHES_MOVE = true;\nconst FAR = 3.4e38;\n";
+    shader::join(&[CONSTANTS, BVH_WGSL, &moving_wgsl(), include_str!("bin.wgsl")])
 }
 
 /// The triangles of a frame in tiles.
@@ -62,34 +61,56 @@ struct Binning {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Segment {
-    to_image: [Vec4; 4],
-    to_image_at_end: [Vec4; 4],
-    poses: [f32; 2],
-    before: f32,
-    count: f32,
-    object: u32,
-    triangles: u32,
-    faces: u32,
-    vertices: u32,
-    end_vertices: u32,
-    first_group: u32,
-    padding: [u32; 2],
+    /// Columns of what takes the object's own space to (x·z, y·z, z) as the segment begins.
+    pub to_image: [Vec4; 4],
+    /// The same as it ends.
+    pub to_image_at_end: [Vec4; 4],
+    /// Where between its two poses a mesh is then.
+    pub poses: [f32; 2],
+    /// How many of the object's segments come before.
+    pub before: f32,
+    /// How many segments the object has.
+    pub count: f32,
+    /// The object.
+    pub object: u32,
+    /// How many triangles it has.
+    pub triangles: u32,
+    /// See [`MeshRange`](crate::mesh::upload::MeshRange).
+    pub faces: u32,
+    /// The same.
+    pub vertices: u32,
+    /// The same.
+    pub end_vertices: u32,
+    /// The first of the workgroups that put its triangles into tiles.
+    pub first_group: u32,
+    /// Fills up to a multiple of 16 bytes.
+    pub padding: [u32; 2],
 }
 
 /// What tiles are put together with, as `moving.wgsl` declares it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Band {
-    columns: u32,
-    first_column: u32,
-    first_row: u32,
-    end_row: u32,
-    fills: u32,
-    nearest: f32,
-    layers_per_m: f32,
-    blur_px: f32,
-    inverse_focus: f32,
-    padding: [u32; 3],
+    /// Tiles per row.
+    pub columns: u32,
+    /// The first of them that is drawn.
+    pub first_column: u32,
+    /// The first of the rows that are drawn together.
+    pub first_row: u32,
+    /// The row behind the last of them.
+    pub end_row: u32,
+    /// 1 if entries are written, 0 if they are only counted.
+    pub fills: u32,
+    /// What is nearest, in metres along the view.
+    pub nearest: f32,
+    /// Layers of depth per metre behind it.
+    pub layers_per_m: f32,
+    /// How far a point is moved at most by where on the lens it is seen from: this times 1 − its depth times…
+    pub blur_px: f32,
+    /// … one over the distance of the focus, in metres.
+    pub inverse_focus: f32,
+    /// Fills up to a multiple of 16 bytes.
+    pub padding: [u32; 3],
 }
 
 impl<'a> Bins<'a> {

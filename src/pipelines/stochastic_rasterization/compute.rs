@@ -2,7 +2,7 @@
 //! of its pixels see, a few samples of each pixel at a time; then these are shaded.
 
 use super::bins::Bins;
-use super::{LAYERS, TILE};
+use super::{TILE, moving_wgsl};
 use crate::film::Film;
 use crate::gpu::device::GpuError;
 use crate::gpu::{buffers, shader};
@@ -21,8 +21,8 @@ pub const SAMPLES_WGSL: &str = include_str!("samples.wgsl");
 
 /// The source of the shader that finds what samples see.
 pub fn wgsl(variant: &Variant) -> String {
-    let constants = format!("const LAYERS = {LAYERS}u;\nconst BATCH = {BATCH}u;\n");
-    constants + &variant.wgsl(&[include_str!("moving.wgsl"), include_str!("rasterize.wgsl")])
+    let batch = format!("const BATCH = {BATCH}u;");
+    variant.wgsl(&[&batch, &moving_wgsl(), include_str!("rasterize.wgsl")])
 }
 
 /// The compiled shaders.

@@ -15,6 +15,10 @@
 //! 4. what each sample sees is shaded by the lights alone.
 //!
 //! The samples are those of distribution ray tracing, number by number.
+//!
+//! On a graphics device (`compute.rs`) the planes tell alone: for models of 70,000 faces and more, edges would spare a
+//! twentieth of the triangles in tiles and less of the tests, two fifths for one of 968. Triangles come in layers of
+//! depth, in any order within them; a slice of time is that of the next few samples of each pixel.
 
 #[cfg(feature = "gpu")]
 pub mod bins;
@@ -29,10 +33,18 @@ mod tests;
 /// Width and height of a tile, in pixels.
 pub const TILE: u32 = 8;
 
-/// Layers of depth that triangles in a tile are sorted into on a graphics device, for want of an order.
-pub const LAYERS: u32 = 4;
+/// Layers of depth on a graphics device.
+#[cfg(feature = "gpu")]
+const LAYERS: u32 = 4;
 
 /// Slices of time that samples are sorted into, for so many samples in each pixel: one or two samples each.
 pub fn slices(samples: u32) -> u32 {
     (samples / 2).clamp(1, 32)
+}
+
+/// WGSL twin of [`motion`], with what shaders need to know of tiles.
+#[cfg(feature = "gpu")]
+fn moving_wgsl() -> String {
+    let constants = format!("const TILE = {TILE}u;\nconst LAYERS = {LAYERS}u;\n");
+    constants + include_str!("moving.wgsl")
 }

@@ -1,7 +1,7 @@
 // Moving triangles in homogeneous coordinates: twin of motion.rs. The module that uses it declares `geometry` and
-// `segments`.
+// the constants `TILE` and `LAYERS`.
 
-const TILE: u32 = 8u;
+// Nearer to the camera's plane nothing is seen.
 const NEAR: f32 = 1e-6;
 
 // A part of the shutter interval in which every vertex of an object goes straight and evenly.

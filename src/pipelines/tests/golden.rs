@@ -7,6 +7,7 @@
 use super::*;
 use crate::pipelines::DeviceChoice;
 use shutterlab_stimuli::frames::{EncodedImage, Transfer};
+use shutterlab_stimuli::stimulus::ShutterProfile;
 use std::path::PathBuf;
 
 const GOLDEN_SAMPLES: u32 = 16_384;
