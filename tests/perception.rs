@@ -84,13 +84,39 @@ fn answers_become_a_law_that_simplifies() {
     let words = ["fit", "lod", study, "--frequency-unit", "per-perimeter-degree"];
     assert!(fail(folder, 1, &words).contains("--stimuli DIR is needed"));
     let with = |more: &[&'static str]| [&words[..], &["--stimuli", "out/zhang-lod"], more].concat();
+    let other = fail(folder, 2, &with(&["--epsilon", "9"]));
+    assert!(
+        other.contains("--epsilon: 9: the models in out/zhang-lod were simplified with 0.5"),
+        "{other}"
+    );
     let none = fail(folder, 1, &with(&["--r", "2"]));
     assert!(none.contains("r: 2: there are ratings with r = 4"), "{none}");
     let fitted: Value =
         serde_json::from_str(&succeed(folder, &with(&["--json", "-o", "law.toml"]))).unwrap();
     let law = std::fs::read_to_string(folder.join("law.toml")).unwrap();
     assert!(law.contains("simulated = true") && law.contains("degrees-per-second"), "{law}");
-    assert!(fitted["joint"]["images"] == 56, "{fitted}");
+    assert!(fitted["joint"]["images"] == 56 && law.contains("epsilon = 0.5"), "{fitted}");
+    // Another rendering of the same grid is not what was shown.
+    succeed(
+        folder,
+        &[
+            "render",
+            "zhang-lod",
+            "-o",
+            "out/other",
+            "--models",
+            "models",
+            "--size",
+            "60x45",
+            "--device",
+            "cpu",
+        ],
+    );
+    let words =
+        ["fit", "lod", study, "--frequency-unit", "per-perimeter-pixel", "--stimuli", "out/other"];
+    assert!(
+        fail(folder, 1, &words).contains("out/other: none of its stimuli is a simplified model")
+    );
     let told = fitted["left_out"].as_array().unwrap();
     assert!(told.iter().all(|line| line.as_str().unwrap().contains(" at speed ")), "{told:?}");
 
@@ -121,16 +147,16 @@ fn r_is_chosen_among_eight() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     models(folder);
-    let select = "speed=S2,speed=S3,level_of_detail=L100,level_of_detail=L4";
-    let rows = study(folder, "zhang-r", select);
-    assert_eq!(rows.len(), 20 * (2 * 2 * 8 + 2 * 2 * 8));
+    let rows = study(folder, "zhang-r", "speed=S2,speed=S3");
+    // 2 models × 2 speeds × 8 r × 4 levels, and each original eight times beside itself.
+    assert_eq!(rows.len(), 20 * (2 * 2 * 8 * 4 + 2 * 2 * 8));
     let found: Value =
         serde_json::from_str(&succeed(folder, &["fit", "r", "study-zhang-r/simulated", "--json"]))
             .unwrap();
     let bins = found["histogram"]["bins"].as_array().unwrap();
     let rs: Vec<f64> = bins.iter().map(|bin| bin["r"].as_f64().unwrap()).collect();
     assert_eq!(rs, [0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0]);
-    assert!(bins.iter().all(|bin| bin["images"] == 4), "{bins:?}");
+    assert!(bins.iter().all(|bin| bin["images"] == 16), "{bins:?}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use crate::support::{fail, small_stimuli, succeed};
 use serde_json::Value;
 use std::path::Path;
 
-const SHIPPED: [&str; 12] = [
+const SHIPPED: [&str; 15] = [
     "mono1",
     "mono2shutter",
     "mono2samples",
@@ -15,6 +15,9 @@ const SHIPPED: [&str; 12] = [
     "stereo2samples",
     "stereo3",
     "samedifferent",
+    "zhang-r",
+    "zhang-lod",
+    "zhang-validation",
     "demo",
     "quick",
 ];
@@ -61,7 +64,7 @@ fn every_shipped_protocol_can_be_planned() {
         let has = |part: &str| !json["plan"][part].is_null();
         let (two_afc, matching, rating) = match name {
             "mono2shutter" | "mono2samples" => (false, true, false),
-            "samedifferent" => (false, false, true),
+            "samedifferent" | "zhang-r" | "zhang-lod" | "zhang-validation" => (false, false, true),
             _ => (true, false, false),
         };
         let complete = two_afc && !["mono1", "stereo1"].contains(&name);

@@ -11,6 +11,7 @@ pub mod model;
 pub use judge::Judge;
 
 use crate::bradley_terry::{FitError, strengths};
+use crate::design::{self, DesignError};
 use crate::stimuli_set::StimulusSet;
 use differences::Differences;
 use indexmap::IndexMap;
@@ -20,6 +21,7 @@ use shutterlab_data_schema::item_table::{self, TableError};
 use shutterlab_data_schema::protocol::{Protocol, Task};
 use shutterlab_data_schema::{ParticipantCode, Votes};
 use shutterlab_stimuli::Stimulus;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -102,6 +104,9 @@ pub enum ObserverError {
         /// Why.
         what: String,
     },
+    /// The stimuli do not make the design.
+    #[error(transparent)]
+    Design(#[from] DesignError),
     /// The task needs a key that is not there.
     #[error("{name}: model.{key}: none: the task {task} needs it")]
     Lacks {
@@ -221,7 +226,7 @@ impl SimulatedObserver {
     ///
     /// # Errors
     /// A stimulus that no item is about, or several are; two stimuli whose difference is unknown;
-    /// something that the task needs is not there.
+    /// something that the task needs is not there; or the stimuli do not make the design.
     pub fn instruct(
         &self,
         set: &StimulusSet,
@@ -246,7 +251,17 @@ impl SimulatedObserver {
                     None => None,
                     Some(id) => Some(self.find(id, set)?),
                 };
-                let between = table.between(set, protocol.task).map_err(|what| {
+                // In the other tasks all are compared, with one another or with the best.
+                let pairs = match protocol.task {
+                    Task::SameDifferent => Some(asked(protocol, set)?),
+                    Task::TwoAfc | Task::Matching => None,
+                };
+                let is_asked = |a, b| {
+                    pairs
+                        .as_ref()
+                        .is_none_or(|pairs| pairs.contains(&[a, b]) || pairs.contains(&[b, a]))
+                };
+                let between = table.between(set, is_asked).map_err(|what| {
                     ObserverError::Differences { name: self.name(), file: table.file.clone(), what }
                 })?;
                 let function = *function;
@@ -305,6 +320,12 @@ impl Instructed {
 
 fn recorded(name: &str) -> String {
     format!("simulated:{name}")
+}
+
+/// The pairs that `protocol` asks for among the stimuli of `set`, whatever the order.
+fn asked(protocol: &Protocol, set: &StimulusSet) -> Result<HashSet<[usize; 2]>, DesignError> {
+    let trials = design::plan(protocol, &set.pool(), protocol.seed, 1)?;
+    Ok(trials.iter().map(|trial| [trial.a, trial.b]).collect())
 }
 
 fn of_votes(

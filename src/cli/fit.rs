@@ -16,9 +16,9 @@ use shutterlab_analysis::ratings::points::Frequencies;
 use shutterlab_analysis::ratings::table;
 use shutterlab_analysis::ratings::{analysis::analyze, law_section, section};
 use shutterlab_analysis::report::{self, Document};
-use shutterlab_data_schema::FittedParameters;
 use shutterlab_data_schema::files::write_atomically;
 use shutterlab_data_schema::fitted::{FittedTo, FrequencyUnit, VelocityUnit, Weight};
+use shutterlab_data_schema::{FittedParameters, Response};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -62,7 +62,7 @@ struct R {
     #[arg(long, value_name = "UNIT", value_parser = parse_velocity)]
     velocity_unit: Option<VelocityUnit>,
     /// The constant ε that the rated models were simplified with, for FILE; it is not fitted
-    #[arg(long, value_name = "E", value_parser = parse_from_0)]
+    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = parse_from_0)]
     epsilon: Option<f64>,
     /// Write r into this file, which `simplify` reads
     #[arg(short, long, value_name = "FILE")]
@@ -100,7 +100,7 @@ struct Lod {
     #[arg(long, value_name = "UNIT", value_parser = parse_frequency)]
     frequency_unit: FrequencyUnit,
     /// The constant ε that the rated models were simplified with, for FILE; it is not fitted
-    #[arg(long, value_name = "E", value_parser = parse_from_0)]
+    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = parse_from_0)]
     epsilon: Option<f64>,
     /// Write the law into this file, which `simplify` reads
     #[arg(short, long, value_name = "FILE")]
@@ -162,8 +162,8 @@ fn fit_r(args: &R) -> anyhow::Result<()> {
 }
 
 fn fit_lod(args: &Lod) -> anyhow::Result<()> {
-    let (path, refit) = match (&args.points, &args.path) {
-        (Some(points), _) => (points, refit_of_points(args, points)?),
+    let (path, (refit, epsilon)) = match (&args.points, &args.path) {
+        (Some(points), _) => (points, (refit_of_points(args, points)?, args.epsilon)),
         (_, Some(path)) => (path, refit_of_ratings(args, path)?),
         _ => return Err(UsageError::from("fit lod: PATH or --points is needed")),
     };
@@ -173,11 +173,15 @@ fn fit_lod(args: &Lod) -> anyhow::Result<()> {
     give(&args.output, &Document::of(lead, simulated, vec![section]), path, &refit)?;
     let Some(out) = &args.out else { return Ok(()) };
     let law = refit.law().map_err(|reason| unwritten(out, &reason))?;
+    if let (Err(reason), Some(Rule::Smoothed)) = (&refit.joint, refit.setting.rule) {
+        eprintln!(
+            "{}: the law through points, as from all answers there is none: {reason}",
+            out.display()
+        );
+    }
     let (models, count) = match &refit.joint {
-        Some(Ok(joint)) => {
-            (joint.models.iter().map(|under| under.model.clone()).collect(), joint.images)
-        }
-        _ => {
+        Ok(joint) => (joint.models.iter().map(|under| under.model.clone()).collect(), joint.images),
+        Err(_) => {
             let points = refit.fit.iter().flat_map(|fit| &fit.points);
             let models: BTreeSet<String> =
                 points.clone().filter_map(|p| p.point.model.clone()).collect();
@@ -188,7 +192,7 @@ fn fit_lod(args: &Lod) -> anyhow::Result<()> {
     write(
         out,
         FittedParameters {
-            weight: r.map(|r| Weight { r, share_won: None, epsilon: args.epsilon }),
+            weight: r.map(|r| Weight { r, share_won: None, epsilon }),
             law: Some(law),
             ..fitted(path, observers, models, count as u64, simulated)
         },
@@ -214,7 +218,9 @@ fn refit_of_points(args: &Lod, path: &Path) -> anyhow::Result<Refit> {
     Ok(from_points(&points, setting, REPLICATES as usize, SEED))
 }
 
-fn refit_of_ratings(args: &Lod, path: &Path) -> anyhow::Result<Refit> {
+/// With the ε that the models are known to be simplified with.
+fn refit_of_ratings(args: &Lod, path: &Path) -> anyhow::Result<(Refit, Option<f64>)> {
+    let mut known_epsilon = args.epsilon;
     let (mut ratings, mut frequencies) = read_ratings(path, args.velocity_unit)?;
     if let Some(r) = args.r {
         let rs = ratings.rs();
@@ -228,7 +234,17 @@ fn refit_of_ratings(args: &Lod, path: &Path) -> anyhow::Result<Refit> {
         frequencies = Some(table::read_frequencies(file)?);
     }
     if let Some(folder) = &args.stimuli {
-        frequencies = Some(frequencies::measured(folder, args.r, args.frequency_unit)?);
+        let shown = shown(path)?;
+        let (measured, epsilon) =
+            frequencies::measured(folder, &ratings.rs(), shown.as_ref(), args.frequency_unit)?;
+        if let Some(other) = args.epsilon.filter(|other| *other != epsilon) {
+            return Err(UsageError::from(format!(
+                "fit lod: --epsilon: {other}: the models in {} were simplified with {epsilon}",
+                folder.display()
+            )));
+        }
+        frequencies = Some(measured);
+        known_epsilon = Some(epsilon);
     }
     let Some(frequencies) = frequencies else {
         bail!(
@@ -241,6 +257,7 @@ fn refit_of_ratings(args: &Lod, path: &Path) -> anyhow::Result<Refit> {
     let levels = coarsest_levels(&ratings);
     let drawn = (REPLICATES as usize, SEED);
     from_ratings(&ratings, &levels, args.rule, &frequencies, args.frequency_unit, drawn)
+        .map(|refit| (refit, known_epsilon))
         .map_err(|reason| anyhow!("{}: r: {reason}; choose it with --r", path.display()))
 }
 
@@ -265,6 +282,16 @@ fn read_ratings(
     let rows: Vec<_> = responses.counted().collect();
     let ratings = Ratings::from_responses(&rows);
     Ok((ratings.map_err(|reason| anyhow!("{}: {reason}", path.display()))?, None))
+}
+
+/// The hashes of the stimuli that the rows of the study or file at `path` are about; none of a table of ratings.
+fn shown(path: &Path) -> anyhow::Result<Option<BTreeSet<String>>> {
+    if path.is_file() && table::is_rating_table(path)? {
+        return Ok(None);
+    }
+    let responses = responses::read(&[path])?;
+    let both = |row: &Response| [row.hash_a.clone(), row.hash_b.clone()];
+    Ok(Some(responses.counted().flat_map(both).collect()))
 }
 
 fn fit_psychometric(args: &Psychometric) -> anyhow::Result<()> {

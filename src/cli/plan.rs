@@ -100,7 +100,14 @@ fn asked(protocol: &Protocol, pool: &Pool, trials: &[Trial], report: &DesignRepo
         }
     }
     pairs.sort_unstable_by_key(|pair| (pair.a, pair.b));
-    let stimuli = pool.levels.iter().map(|levels| levels.clone().into_iter().collect()).collect();
+    let fullest = pool.levels.iter().max_by_key(|levels| levels.len());
+    let axes: Vec<&String> = fullest.into_iter().flat_map(|levels| levels.keys()).collect();
+    let stimuli = pool.levels.iter().map(|levels| {
+        // The original of a model has no r.
+        let level = |axis: &String| levels.get(axis).cloned().unwrap_or("none".into());
+        axes.iter().map(|&axis| (axis.clone(), level(axis))).collect()
+    });
+    let stimuli = stimuli.collect();
     Design { task: protocol.task, stimuli, pairs, minutes: report.seconds / 60.0 }
 }
 

@@ -19,6 +19,9 @@ fn watch_interrupts() {
             if STOP.swap(true, Ordering::Relaxed) {
                 std::process::exit(130);
             }
+            eprintln!(
+                "stopping after the frame at hand; Ctrl-C again stops at once, finished frames stay"
+            );
         };
         if let Err(error) = ctrlc::set_handler(stop) {
             eprintln!("Ctrl-C will end the program at once ({error}); finished frames stay");

@@ -38,7 +38,7 @@ pub struct Args {
     layout: Option<String>,
     /// The models in this folder (.ply, .obj, .gltf, .glb, .stl) in place of those of the grid's axis model
     #[arg(long, value_name = "DIR")]
-    models: Option<PathBuf>,
+    pub(super) models: Option<PathBuf>,
     /// Write the linear images too, as OpenEXR (the eyes side by side)
     #[arg(long)]
     exr: bool,
@@ -73,9 +73,6 @@ impl Args {
         }
         if let Some(layout) = &self.layout {
             add("--layout", layout.clone());
-        }
-        if let Some(models) = &self.models {
-            add("--models", models.display().to_string());
         }
         add("--device", format!("{:?}", self.device).to_lowercase());
         words.extend(self.exr.then(|| "--exr".into()));

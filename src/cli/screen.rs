@@ -36,15 +36,26 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     }
     let file = args.folder.join("screen.csv");
     let mut rows = read(&file)?;
-    let simplifies = sequences.iter().any(|s| s.manifest.stimulus.simplification.is_some());
-    let is_simplified = |one: &Sequence, original: &Sequence| {
+    let is_simplified = |one: &Sequence| one.manifest.stimulus.simplification.is_some();
+    let is_simplified_from = |one: &Sequence, original: &Sequence| {
         one.manifest.stimulus.is_simplified_from(&original.manifest.stimulus)
     };
     let pairs: Vec<(&Sequence, &Sequence)> = (0..sequences.len())
         .flat_map(|i| (i + 1..sequences.len()).map(move |j| (i, j)))
         .map(|(i, j)| (&sequences[i], &sequences[j]))
-        .filter(|(a, b)| !simplifies || is_simplified(a, b) || is_simplified(b, a))
+        .filter_map(|(a, b)| match [a, b].map(is_simplified) {
+            [false, false] => Some((a, b)),
+            _ if is_simplified_from(b, a) => Some((a, b)),
+            _ if is_simplified_from(a, b) => Some((b, a)),
+            _ => None,
+        })
         .collect();
+    if pairs.is_empty() {
+        return Err(anyhow!(
+            "screen: {}: no original of a simplified model is among them",
+            args.folder.display()
+        ));
+    }
     let is_of = |row: &Comparison, (a, b): (&Sequence, &Sequence)| {
         row.reference_sha256 == a.manifest.sha256 && row.test_sha256 == b.manifest.sha256
     };
@@ -65,10 +76,14 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     }
     bar.finish_and_clear();
     write(&file, &rows)?;
-    if simplifies {
-        return say(&file.display().to_string());
-    }
     let svg = args.folder.join("screen.svg");
+    if sequences.iter().any(is_simplified) {
+        // A matrix would be almost empty, and one from before is about other pairs.
+        return match std::fs::remove_file(&svg) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error.into()),
+            _ => say(&file.display().to_string()),
+        };
+    }
     rows.retain(|row| pairs.iter().any(|&pair| is_of(row, pair)));
     write_atomically(&svg, figure(&rows).as_bytes())?;
     say(&format!("{}\n{}", file.display(), svg.display()))

@@ -31,6 +31,9 @@ pub(super) fn write(args: &Args, name: &str, passes: usize) -> anyhow::Result<()
     words.extend(["-o".into(), quoted(&out), "--shard".into()]);
     words.push(format!("\"$SLURM_ARRAY_TASK_ID/{tasks}\""));
     words.extend(args.restrictions().iter().map(|word| quoted(word)));
+    if let Some(models) = &args.models {
+        words.extend(["--models".into(), quoted(&absolute(models)?)]);
+    }
     let script = format!(
         "#!/bin/sh\n\
          # Renders the grid {name}: {passes} passes in {tasks} tasks, which need no coordination.\n\

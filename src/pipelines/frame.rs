@@ -244,3 +244,43 @@ pub fn met_where(
 pub fn tent(word: u32) -> [f32; 2] {
     [word >> 16, word & 0xffff].map(|half| half as f32 / 65536.0 - 0.5)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shutterlab_stimuli::stimulus::Trajectory;
+    use shutterlab_stimuli::{Grid, Selection};
+
+    /// A world is kept as long as all that it is made from is the same: what is simplified, for its motion too.
+    #[test]
+    fn worlds_are_made_anew_where_they_differ() {
+        let grid = Grid::load("zhang-lod").unwrap();
+        let of = |select: &str| {
+            let selection = Selection::parse(&[select], &grid).unwrap();
+            grid.stimuli(&selection).unwrap().remove(0)
+        };
+        let original = of("model=comb,speed=S1,level_of_detail=L100");
+        let simplified = of("model=comb,speed=S1,level_of_detail=L8");
+        let changed = |of: &Stimulus, change: &dyn Fn(&mut Stimulus)| {
+            let mut changed = of.clone();
+            change(&mut changed);
+            has_world_of(of, &changed)
+        };
+        for of in [&original, &simplified] {
+            assert!(changed(of, &|s| s.samples += 1) && changed(of, &|s| s.seed += 1));
+            assert!(!changed(of, &|s| s.scene.camera.position_m[0] += 0.1));
+        }
+        let motions: [&dyn Fn(&mut Stimulus); 4] = [
+            &|s| s.speed_m_per_s *= 2.0,
+            &|s| s.shutter_open_fraction *= 0.5,
+            &|s| s.trajectory = Trajectory::Wrap,
+            &|s| s.image.frames = 2,
+        ];
+        for motion in motions {
+            assert!(changed(&original, motion) && !changed(&simplified, motion));
+        }
+        assert!(!has_world_of(&original, &simplified));
+        assert!(!has_world_of(&simplified, &of("model=comb,speed=S1,level_of_detail=L4")));
+        assert!(!has_world_of(&simplified, &of("model=dunes,speed=S1,level_of_detail=L8")));
+    }
+}

@@ -205,13 +205,24 @@ fn simplified(
     let frames = 0..stimulus.image.frames;
     let motion = ScreenPaths::of_stimulus(stimulus, object, DAffine3::IDENTITY, frames);
     let Simplification { level_of_detail, r, epsilon } = *how;
+    let faces = ((level_of_detail * mesh.triangles.len() as f64).round() as usize).max(1);
     let options = Options {
-        faces: ((level_of_detail * mesh.triangles.len() as f64) as usize).max(1),
+        faces,
         weight: Weight::Printed { r: r as f32, epsilon: epsilon as f32 },
         motion: Some(&motion),
         ..Options::default()
     };
-    simplify(mesh, groups, &options)
+    let simplified = simplify(mesh, groups, &options)?;
+    let left = simplified.mesh.triangles.len();
+    if left > faces {
+        // Else it would be shown and rated as what it is not.
+        let allowed = format!(
+            "the surface allows no fewer than {left} of its {} faces",
+            mesh.triangles.len()
+        );
+        return Err(SimplifyError::value("level_of_detail", level_of_detail, allowed));
+    }
+    Ok(simplified)
 }
 
 /// The pictures that a scene has so far: what several surfaces show is kept once.

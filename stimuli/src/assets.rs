@@ -249,6 +249,11 @@ impl Assets<'_> {
         sha256: &mut String,
     ) -> Result<(), DefinitionError> {
         if kind == Kind::Model && made(file).is_some() {
+            if !sha256.is_empty() {
+                let field = format!("{field}.sha256");
+                let allowed = "a model that is made has none";
+                return Err(DefinitionError::value(self.place, field, &*sha256, allowed));
+            }
             return check_made(file, &format!("{field}.file"), self.place);
         }
         let source = self.folder.join(&*file);

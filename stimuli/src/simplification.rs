@@ -29,14 +29,16 @@ impl Simplification {
             let allowed = "a part above 0 and below 1 is needed";
             return refuse("level_of_detail", self.level_of_detail, allowed);
         }
-        for (field, value) in [("r", self.r), ("epsilon", self.epsilon)] {
-            if !(0.0..=MOST_R).contains(&value) {
-                return refuse(field, value, "0 to 1000 is allowed");
-            }
+        if !(0.0..=MOST_R).contains(&self.r) {
+            return refuse("r", self.r, &format!("0 to {MOST_R} is allowed"));
+        }
+        // With r = 0 it is the weight of every edge.
+        if !(self.epsilon > 0.0 && self.epsilon <= 1e6) {
+            return refuse("epsilon", self.epsilon, "a number above 0 and up to 1000000 is needed");
         }
         Ok(())
     }
 }
 
-/// Largest r, with which all edges that are not quite along the motion weigh alike.
+/// Largest r, with which all edges that are not quite across the motion weigh alike.
 pub(crate) const MOST_R: f64 = 1000.0;

@@ -212,16 +212,22 @@ impl Stimulus {
         }
     }
 
+    /// What its model is called: its level of that axis or, if it is simplified, the object.
+    pub fn model(&self) -> Option<&str> {
+        let is_mesh = |object: &&Object| matches!(object.shape, Shape::Mesh { .. });
+        let object = || self.scene.objects.iter().find(is_mesh).map(|object| object.name.as_str());
+        let level = self.levels.get("model").map(String::as_str);
+        level.or_else(|| self.simplification.and_then(|_| object()))
+    }
+
     /// Whether it shows a simplified model where `other`, alike in all else, shows the original.
     pub fn is_simplified_from(&self, other: &Self) -> bool {
-        let others = |of: &Self| {
-            let is_other = |axis: &str| !["r", "level_of_detail"].contains(&axis);
-            let levels = of.levels.iter().filter(|(axis, _)| is_other(axis));
-            levels.map(|(axis, level)| (axis.clone(), level.clone())).collect::<Vec<_>>()
-        };
+        let is_other =
+            |(axis, _): &(&String, _)| !["r", "level_of_detail"].contains(&axis.as_str());
         self.simplification.is_some()
             && other.simplification.is_none()
-            && others(self) == others(other)
+            && self.exemplar == other.exemplar
+            && self.levels.iter().filter(is_other).eq(other.levels.iter().filter(is_other))
     }
 
     /// The surface of `object`.
@@ -231,7 +237,7 @@ impl Stimulus {
 
     /// Where `object` is during frame `frame`.
     ///
-    /// At time t it has covered v·(t − half the sequence's length). With `wrap` the period is 2·(half the
+    /// In frame f it has covered v·(f − half the number of frames, rounded down)/fps. With `wrap` the period is 2·(half the
     /// view's width + how far aside its path's middle is + the object's radius + v/fps), and whole periods
     /// are taken off per frame, so that no shutter interval contains the jump; angle and pose follow the
     /// unwrapped distance. The shadow may reach into the view from an object that is outside: it comes in

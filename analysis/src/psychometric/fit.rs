@@ -256,12 +256,12 @@ mod tests {
             (
                 &[(1.0, 0, 5), (2.0, 3, 5), (3.0, 5, 5)],
                 yes_no,
-                "the answers are separated: a step at the level 2",
+                "the answers are separated: a step at one of the levels",
             ),
             (
                 &[(1.0, 5, 5), (2.0, 3, 5), (3.0, 0, 5)],
                 yes_no,
-                "the answers are separated: a step at the level 2",
+                "the answers are separated: a step at one of the levels",
             ),
             (
                 &[(1.0, 4, 10), (2.0, 5, 10), (3.0, 3, 10)],

@@ -39,6 +39,7 @@ pub(super) fn refuse_step(
             "the answers are nowhere below the top ({chosen} of {trials}, lapse rate {lapse_high})"
         ));
     }
+    // Which level it is at is not said: levels may be logarithms of what the reader knows.
     for step in levels.iter().map(|level| level.level) {
         let side =
             |order: Ordering| levels.iter().filter(move |l| l.level.total_cmp(&step) == order);
@@ -46,10 +47,11 @@ pub(super) fn refuse_step(
         let rising = bottom(&mut side(Ordering::Less)) + top(&mut side(Ordering::Greater));
         let falling = top(&mut side(Ordering::Less)) + bottom(&mut side(Ordering::Greater));
         if fits(on + rising.max(falling)) {
-            return Err(format!(
-                "the answers are separated: a step at the level {step} fits them as well as any \
-                 slope, so the slope is not determined"
-            ));
+            return Err(
+                "the answers are separated: a step at one of the levels fits them as well as any \
+                        slope, so the slope is not determined"
+                    .into(),
+            );
         }
     }
     Ok(())

@@ -98,14 +98,21 @@ pub fn joint_law(answers: &Ratings, frequencies: &Frequencies) -> Outcome<JointL
             .collect()
     };
     let all = rated(answers.counts());
-    let fits = LAPSES.into_iter().filter_map(|lapses| {
-        let found = most_likely(&all, lapses, None).ok()?;
-        Some((lapses, found, log_likelihood(&all, lapses, &found)))
-    });
-    let (lapses, best, _) = fits.max_by(|a, b| a.2.total_cmp(&b.2)).ok_or(NO_LAW)?;
+    if all.iter().all(|image| image.speed == all[0].speed) {
+        return Err(
+            "the answers are to images at one speed only, at which σ₁ and σ₂ cannot be told apart"
+                .into(),
+        );
+    }
+    let (lapses, best) = likeliest(&all, None).ok_or(NO_LAW)?;
     let others = (0..observers)
-        .map(|observer| most_likely(&rated(answers.counts_without(observer)), lapses, Some(best)))
-        .collect::<Outcome<Vec<_>>>()?;
+        .map(|observer| {
+            let found = likeliest(&rated(answers.counts_without(observer)), Some(best));
+            found
+                .map(|(_, found)| found)
+                .ok_or("without one of the observers no law is the most likely")
+        })
+        .collect::<Result<Vec<_>, _>>()?;
     let n = observers as f64;
     let sigma = [0, 1].map(|i| {
         let mean = others.iter().map(|other| other[i]).sum::<f64>() / n;
@@ -142,12 +149,21 @@ fn under_law(images: &[Rated<'_>], lapses: f64, best: &Vector3<f64>) -> ModelUnd
     }
 }
 
+/// The share of lapses and ln σ₁, ln σ₂ and ln s with the largest likelihood, if there is a law.
+fn likeliest(rated: &[Rated<'_>], start: Option<Vector3<f64>>) -> Option<(f64, Vector3<f64>)> {
+    let fits = LAPSES.into_iter().filter_map(|lapses| {
+        let found = most_likely(rated, lapses, start)?;
+        Some((lapses, found, log_likelihood(rated, lapses, &found)))
+    });
+    fits.max_by(|a, b| a.2.total_cmp(&b.2)).map(|(lapses, found, _)| (lapses, found))
+}
+
 /// ln σ₁, ln σ₂ and ln s with the largest likelihood, searched by Fisher scoring with the damping of Levenberg.
 fn most_likely(
     rated: &[Rated<'_>],
     lapses: f64,
     start: Option<Vector3<f64>>,
-) -> Outcome<Vector3<f64>> {
+) -> Option<Vector3<f64>> {
     let mut best = start.unwrap_or_else(|| {
         // The law through the middle of the frequencies, half of it at rest.
         let n = rated.len() as f64;
@@ -169,7 +185,7 @@ fn most_likely(
             (best, likelihood, damping) = (next, found, damping * 0.2);
             if step.amax() < 1e-9 {
                 let is_a_law = best.iter().all(|value| value.abs() < 25.0);
-                return if is_a_law { Ok(best) } else { Err(NO_LAW.into()) };
+                return is_a_law.then_some(best);
             }
         } else {
             damping *= 8.0;
@@ -178,7 +194,7 @@ fn most_likely(
             }
         }
     }
-    Err(NO_LAW.into())
+    None
 }
 
 const NO_LAW: &str = "no law with σ₁ and σ₂ above 0 is the most likely: what looks the same has to get coarser with the \
@@ -287,6 +303,22 @@ mod tests {
         // The coarser the more alike.
         let (answers, frequencies) = rated(20, &[0.05, 0.1, 0.2, 0.4], -3.0);
         assert_eq!(joint_law(&answers, &frequencies), Err(NO_LAW.into()));
+        // One speed does not tell σ₁ from σ₂.
+        let (mut trials, mut frequencies) = (vec![], Frequencies::default());
+        for level_of_detail in [0.1, 0.2, 0.4] {
+            frequencies.insert("knot", level_of_detail, level_of_detail).unwrap();
+            trials.extend((0..20).map(|observer| RatingTrial {
+                observer,
+                model: "knot".into(),
+                r: 4.0,
+                level_of_detail,
+                speed: 30.0,
+                same: Some(f64::from(observer as u32) < 40.0 * level_of_detail),
+            }));
+        }
+        let answers = Ratings::from_trials(&trials, VelocityUnit::PixelsPerShutter).unwrap();
+        let alone = joint_law(&answers, &frequencies).unwrap_err();
+        assert!(alone.contains("at one speed only"), "{alone}");
         let (answers, _) = rated(20, &[0.1, 0.2], 3.0);
         let unknown = joint_law(&answers, &Frequencies::default()).unwrap_err();
         assert!(unknown.contains("has no spatial frequencies"), "{unknown}");

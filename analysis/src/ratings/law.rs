@@ -50,8 +50,8 @@ pub struct Refit {
     pub setting: Setting,
     /// The law.
     pub fit: Outcome<ReciprocalFit>,
-    /// The law from all answers at once; none if points were given or the point rule was asked for.
-    pub joint: Option<Outcome<JointLaw>>,
+    /// The law from all answers at once.
+    pub joint: Outcome<JointLaw>,
     /// Bootstrap intervals of σ₁ and σ₂.
     pub bootstrap: Outcome<[Bootstrap; 2]>,
     /// What was drawn for them: `observers`, `answers` or `residuals`.
@@ -115,7 +115,10 @@ pub fn from_ratings(
         unnamed: answers.unnamed,
     };
     let drawn = if answers.observers().is_some() { "observers" } else { "answers" };
-    let joint = (rule == Rule::Smoothed).then(|| joint_law(answers, frequencies));
+    let joint = match rule {
+        Rule::Smoothed => joint_law(answers, frequencies),
+        Rule::Point => Err("the rule on points was asked for".into()),
+    };
     Ok(Refit { joint, left_out, ..refit(&points, setting, fit, bootstrap, drawn) })
 }
 
@@ -143,7 +146,7 @@ fn refit(
         sigma_2_less_published: less(published.sigma_2.value, 1, same_frequency),
         r_less_published: setting.r.map(|r| r - PUBLISHED_R),
         over_models,
-        joint: None,
+        joint: Err("points were given, no answers".into()),
         left_out: Vec::new(),
         setting,
         fit,
@@ -160,7 +163,7 @@ impl Refit {
     /// # Errors
     /// There is no law.
     pub fn law(&self) -> Outcome<LevelOfDetailLaw> {
-        if let Some(Ok(joint)) = &self.joint {
+        if let Ok(joint) = &self.joint {
             let [sigma_1, sigma_2] = joint.sigma.map(|sigma| Estimate {
                 value: sigma.estimate,
                 se: Some(sigma.se),
@@ -203,9 +206,7 @@ impl Serialize for Refit {
         let mut map = serializer.serialize_map(None)?;
         map.serialize_entry("setting", &self.setting)?;
         entry(&mut map, "fit", &self.fit)?;
-        if let Some(joint) = &self.joint {
-            entry(&mut map, "joint", joint)?;
-        }
+        entry(&mut map, "joint", &self.joint)?;
         entry(&mut map, "bootstrap", &self.bootstrap)?;
         map.serialize_entry("drawn", &self.drawn)?;
         entry(&mut map, "over_models", &self.over_models)?;

@@ -2,7 +2,7 @@
 
 use super::joint_law::{self, JointLaw, ModelUnderLaw};
 use super::law::{PUBLISHED_R, Refit};
-use super::law_tables::{figure, models, parameters, residuals, units};
+use super::law_tables::{figure, joint_tables, models, parameters, residuals, units};
 use super::level_of_detail::Rule;
 use super::reciprocal::{Parameter, ReciprocalFit};
 use super::section::{interval, known, left_out, who};
@@ -17,9 +17,18 @@ const UNLIKE: f64 = 0.1;
 
 const PUBLISHED: LevelOfDetailLaw = LevelOfDetailLaw::PUBLISHED;
 
+/// How the law from all answers was found.
+const FROM_ALL_ANSWERS: &str = "The law from all answers at once is that of the largest likelihood with P(same) = λ/2 + \
+             (1 − λ) L(c + s·(ln ρ + ln(σ₁v + σ₂))), L the logistic function, lapses λ of 0 to 6 %, and \
+             c such that 80 % say \"same\" where ρ is that of the law. Standard errors are those of the \
+             jackknife over observers, of ln σ₁ and ln σ₂; intervals are Student's (Efron and \
+             Tibshirani 1993, chapter 11).";
+
 /// The section on a re-fit.
 pub fn section(refit: &Refit) -> Section {
-    let mut tables = vec![parameters(refit)];
+    let mut tables: Vec<_> =
+        refit.joint.iter().flat_map(|joint| joint_tables(refit, joint)).collect();
+    tables.push(parameters(refit));
     let mut figures = Vec::new();
     if let Ok(fit) = &refit.fit {
         tables.push(residuals(refit, fit));
@@ -31,7 +40,11 @@ pub fn section(refit: &Refit) -> Section {
         sentences: sentences(refit),
         tables,
         figures,
-        method: vec![
+        method: refit
+            .joint
+            .iter()
+            .map(|_| FROM_ALL_ANSWERS.to_string())
+            .chain([
             "The law ρ = 1/(σ₁v + σ₂) of Zhang et al. (2014, Eq. 8) gives the highest spatial \
              frequency ρ to keep at the screen velocity v. It was fitted by least squares with \
              the method of Levenberg and Marquardt (Moré 1978). Standard errors and Student's t \
@@ -56,12 +69,6 @@ pub fn section(refit: &Refit) -> Section {
                     }
                 ),
             },
-            "The law from all answers at once is that of the largest likelihood with P(same) = λ/2 + \
-             (1 − λ) L(c + s·(ln ρ + ln(σ₁v + σ₂))), L the logistic function, lapses λ of 0 to 6 %, and \
-             c such that 80 % say \"same\" where ρ is that of the law. Standard errors are those of the \
-             jackknife over observers, of ln σ₁ and ln σ₂; intervals are Student's (Efron and \
-             Tibshirani 1993, chapter 11)."
-                .into(),
             "A level of detail is a share of faces; its spatial frequency is the reciprocal of \
              the mean perimeter of the model's projected triangles. Between two levels of known \
              frequency it is interpolated on logarithmic scales."
@@ -70,7 +77,8 @@ pub fn section(refit: &Refit) -> Section {
              1995, §5.3): each model's own law, weighted by its own uncertainty and the \
              covariance between models, which is estimated by restricted maximum likelihood."
                 .into(),
-        ],
+        ])
+            .collect(),
         references: vec![
             "Bates, D. M. & Watts, D. G. (1988). Nonlinear Regression Analysis and Its \
              Applications. Wiley.",
@@ -92,9 +100,8 @@ fn sentences(refit: &Refit) -> Vec<String> {
     let mut lines: Vec<String> = who(setting.simulated).into_iter().collect();
     lines.extend(left_out(setting.unnamed));
     lines.push(format!("Speeds v are in {velocity}, spatial frequencies ρ in {frequency}."));
-    lines.extend(refit.joint.as_ref().map(from_all_answers));
-    let joint = refit.joint.as_ref().and_then(|joint| joint.as_ref().ok());
-    lines.extend(joint.and_then(unlike_the_law));
+    lines.extend((setting.rule == Some(Rule::Smoothed)).then(|| from_all_answers(&refit.joint)));
+    lines.extend(refit.joint.as_ref().ok().and_then(unlike_the_law));
     match setting.rule {
         Some(Rule::Smoothed) => lines.push(
             "The points are the levels of detail at which a function through the ratings is 0.8."
@@ -113,7 +120,7 @@ fn sentences(refit: &Refit) -> Vec<String> {
         Ok(fit) => {
             lines.push(parameter("σ₁", refit, 0, fit));
             lines.push(parameter("σ₂", refit, 1, fit));
-            if setting.rule.is_some() && joint.is_none() && refit.bootstrap.is_ok() {
+            if setting.rule.is_some() && refit.joint.is_err() && refit.bootstrap.is_ok() {
                 lines.push(
                     "Quote the bootstrap intervals: points from ratings scatter less where the \
                      frequency is low, and share their observers, which the t and profile \
@@ -163,7 +170,8 @@ fn from_all_answers(found: &Outcome<JointLaw>) -> String {
     });
     format!(
         "From all answers at once ({} to {} images): σ₁ = {one}, σ₂ = {two}; the log-odds of \"same\" grow by {} \
-         with the logarithm of ρ. These are the values to quote: they need no points.",
+         with the logarithm of ρ. These are the values to quote, for these \
+         models: they need no points.",
         found.answers,
         found.images,
         significant(found.slope)

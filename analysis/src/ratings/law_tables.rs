@@ -1,5 +1,6 @@
 //! The re-fit of the law of the level of detail as tables and a figure.
 
+use super::joint_law::{JointLaw, ModelUnderLaw, Parameter};
 use super::law::Refit;
 use super::over_models::OverModels;
 use super::reciprocal::ReciprocalFit;
@@ -16,6 +17,62 @@ pub(super) fn units(refit: &Refit) -> [&'static str; 2] {
 
 fn number(name: &str, title: &str, description: &str) -> Column {
     Column::new(name, title, Kind::Number(5), description)
+}
+
+/// The law from all answers, and how well it holds for each model.
+pub(super) fn joint_tables(refit: &Refit, joint: &JointLaw) -> [Table; 2] {
+    let [velocity, frequency] = units(refit);
+    let unit = [format!("1/({frequency} · {velocity})"), format!("1/({frequency})")];
+    let row = |i: usize| {
+        let Parameter { estimate, se, interval_95: [low, high] } = joint.sigma[i];
+        let less = [&refit.sigma_1_less_published, &refit.sigma_2_less_published][i];
+        let published = [PUBLISHED.sigma_1.value, PUBLISHED.sigma_2.value][i];
+        let difference = less.as_ref().map_or(Cell::Missing, |_| (estimate - published).into());
+        let name = ["sigma_1", "sigma_2"][i];
+        let numbers = [estimate, se, low, high, published].map(Cell::from);
+        [name.into(), unit[i].as_str().into()]
+            .into_iter()
+            .chain(numbers)
+            .chain([difference])
+            .collect()
+    };
+    let of_model =
+        |of: &ModelUnderLaw| vec![of.model.as_str().into(), of.same.into(), of.expected.into()];
+    [
+        Table {
+            name: "law-from-all-answers".into(),
+            caption: "The law from all answers at once".into(),
+            columns: vec![
+                Column::new("parameter", "parameter", Kind::Text, "sigma_1 or sigma_2."),
+                Column::new("unit", "unit", Kind::Text, "Its unit."),
+                number("estimate", "estimate", "Estimate of the largest likelihood."),
+                number("se", "SE", "Its standard error, by the jackknife over observers."),
+                number("jackknife_95_low", "95 %", "Lower bound of its 95 % interval."),
+                number("jackknife_95_high", "to", "Upper bound of its 95 % interval."),
+                number(
+                    "published",
+                    "published",
+                    "What Zhang et al. (2014) print, v in px/shutter, ρ in 1/px.",
+                ),
+                number(
+                    "difference",
+                    "difference",
+                    "estimate − published; empty where the units differ.",
+                ),
+            ],
+            rows: vec![row(0), row(1)],
+        },
+        Table {
+            name: "models-under-the-law".into(),
+            caption: "How well it holds for each model".into(),
+            columns: vec![
+                Column::new("model", "model", Kind::Text, "The model."),
+                number("same", "same", "Share of the answers that say \"same\"."),
+                number("expected", "by the law", "Share to be expected by the law."),
+            ],
+            rows: joint.models.iter().map(of_model).collect(),
+        },
+    ]
 }
 
 pub(super) fn parameters(refit: &Refit) -> Table {

@@ -3,7 +3,6 @@
 use super::model::Between;
 use crate::stimuli_set::StimulusSet;
 use shutterlab_data_schema::cohort::Measure;
-use shutterlab_data_schema::protocol::Task;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -58,26 +57,24 @@ impl Differences {
         Ok(Self { file: file.into(), by_hashes })
     }
 
-    /// The differences of the compared stimuli of `set`; each differs by 0 from itself. Simplified models are compared
-    /// with their originals alone in `task` same-different: how else they differ is not a number then.
+    /// The differences of the compared stimuli of `set`; each differs by 0 from itself. Pairs that are not `asked` need
+    /// not be in the file: nothing asks for how they differ, which is no number then.
     ///
     /// # Errors
     /// Two stimuli, as they are now, are not in the file.
-    pub fn between(&self, set: &StimulusSet, task: Task) -> Result<Between, String> {
+    pub fn between(
+        &self,
+        set: &StimulusSet,
+        asked: impl Fn(usize, usize) -> bool,
+    ) -> Result<Between, String> {
         let count = set.compared;
         let hash = |index: usize| set.sequences[index].manifest.sha256.clone();
         let mut differences = Vec::with_capacity(count * count);
-        let simplifies = (0..count).any(|index| set.stimulus(index).simplification.is_some());
-        let is_asked = |a: usize, b: usize| {
-            let [a, b] = [a, b].map(|index| set.stimulus(index));
-            let are_rated = a.is_simplified_from(b) || b.is_simplified_from(a);
-            !simplifies || task != Task::SameDifferent || are_rated
-        };
         for (a, b) in (0..count).flat_map(|a| (0..count).map(move |b| (a, b))) {
             let known = self.by_hashes.get(&[hash(a), hash(b)]).copied();
             let found = match known {
                 _ if a == b => Some(0.0),
-                None if !is_asked(a, b) => Some(f64::NAN),
+                None if !asked(a, b) => Some(f64::NAN),
                 known => known,
             };
             differences.push(found.ok_or_else(|| {

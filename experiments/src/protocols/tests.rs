@@ -103,9 +103,18 @@ fn the_designs_are_those_of_the_thesis() {
     }
 }
 
-/// What a protocol names is what is rendered for it. Those about models leave open which.
+/// What a protocol names is what is rendered for it. Those about models leave open which, and tell of one.
 #[test]
 fn a_design_is_known_before_anything_is_rendered() {
+    for name in names().filter(|name| name.starts_with("zhang")) {
+        let protocol = load(name).unwrap();
+        let of_one = Pool::named_by(&protocol).levels.len();
+        let rendered = rendered(name);
+        let models: std::collections::BTreeSet<&str> =
+            rendered.iter().map(|stimulus| stimulus.levels["model"].as_str()).collect();
+        assert_eq!(of_one * models.len(), rendered.len(), "{name}");
+        assert!(plan(&protocol, &Pool::named_by(&protocol), protocol.seed, 1).is_ok(), "{name}");
+    }
     for name in names().filter(|name| !name.starts_with("zhang")) {
         let protocol = load(name).unwrap();
         let trials = plan(&protocol, &Pool::named_by(&protocol), protocol.seed, 1).unwrap();

@@ -180,7 +180,7 @@ impl Session {
             eye: self.protocol.timeline.eye,
             pixels_per_degree: a.stimulus.pixels_per_degree,
             viewed_pixels_per_degree: viewing.pixels_per_degree,
-            model: candidate.levels.get("model").cloned(),
+            model: candidate.model().map(String::from),
             r: simplified.map(|how| how.r),
             level_of_detail: simplified.map(|how| how.level_of_detail),
             speed_deg_per_s: candidate.speed_deg_per_s,

@@ -11,28 +11,37 @@ use shutterlab_analysis::ratings::points::Frequencies;
 use shutterlab_data_schema::fitted::FrequencyUnit;
 use shutterlab_stimuli::scene::Shape;
 use shutterlab_stimuli::{Sequence, Stimulus};
+use std::collections::BTreeSet;
 use std::path::Path;
 
-/// The frequency of each model at each level of detail among the stimuli in `folder`, of those with this `r` if one is
-/// given: one over the mean perimeter of its triangles as they are seen. How fast it goes makes no difference.
+/// The frequency of each model at each level of detail among the stimuli in `folder` that were simplified with one of
+/// `rs`: one over the mean perimeter of its triangles as they are seen. Of what goes straight across the view the speed makes
+/// no difference; else that of the first of the stimuli counts. If it is known which were `shown`, by their hashes,
+/// others do not count. With them comes the ε of their weights.
 ///
 /// # Errors
-/// A sequence or a model cannot be read, or none is of a simplified model.
+/// A sequence or a model cannot be read, or none is of a simplified model that was shown.
 pub(super) fn measured(
     folder: &Path,
-    r: Option<f64>,
+    rs: &[f64],
+    shown: Option<&BTreeSet<String>>,
     unit: FrequencyUnit,
-) -> anyhow::Result<Frequencies> {
+) -> anyhow::Result<(Frequencies, f64)> {
     let mut frequencies = Frequencies::default();
+    let mut epsilons: Vec<f64> = vec![];
     let mut done: Vec<(String, f64)> = vec![];
     for sequence in Sequence::open_all(folder)? {
         let stimulus = &sequence.manifest.stimulus;
-        let (Some(model), Some(how)) = (stimulus.levels.get("model"), stimulus.simplification)
-        else {
+        let (Some(model), Some(how)) = (stimulus.model(), stimulus.simplification) else {
             continue;
         };
-        let image = (model.clone(), how.level_of_detail);
-        if r.is_some_and(|r| r != how.r) || done.contains(&image) {
+        let image = (model.to_string(), how.level_of_detail);
+        let was_shown = shown.is_none_or(|shown| shown.contains(&sequence.manifest.sha256));
+        if !was_shown || !rs.contains(&how.r) {
+            continue;
+        }
+        epsilons.push(how.epsilon);
+        if done.contains(&image) {
             continue;
         }
         let perimeter_px = mean_perimeter_px(stimulus, folder)?;
@@ -40,15 +49,21 @@ pub(super) fn measured(
             FrequencyUnit::PerPerimeterPixel => perimeter_px,
             FrequencyUnit::PerPerimeterDegree => perimeter_px / stimulus.pixels_per_degree,
         };
-        // It is new.
-        let _ = frequencies.insert(model, how.level_of_detail, 1.0 / perimeter);
-        done.push(image);
+        if frequencies.insert(model, how.level_of_detail, 1.0 / perimeter).is_ok() {
+            done.push(image);
+        }
     }
-    if done.is_empty() {
-        let of = r.map_or(String::new(), |r| format!(" with r = {r}"));
-        bail!("{}: none of its stimuli is of a simplified model{of}", folder.display());
+    let [epsilon, others @ ..] = &epsilons[..] else {
+        let of = rs.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
+        bail!(
+            "{}: none of its stimuli is a simplified model, with r = {of}, that the answers are about",
+            folder.display()
+        );
+    };
+    if let Some(other) = others.iter().find(|other| *other != epsilon) {
+        bail!("{}: epsilon: {epsilon} and {other}: of all stimuli one is needed", folder.display());
     }
-    Ok(frequencies)
+    Ok((frequencies, *epsilon))
 }
 
 fn mean_perimeter_px(stimulus: &Stimulus, folder: &Path) -> anyhow::Result<f64> {

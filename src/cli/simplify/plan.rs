@@ -62,6 +62,11 @@ impl<'a> Goal<'a> {
             return wrong("--weight and --parameters are about a motion: --motion is needed");
         }
         let fitted = args.parameters.as_deref().map(FittedParameters::read).transpose()?;
+        if let (Some(true), Some(file)) =
+            (fitted.as_ref().and_then(|fitted| fitted.fitted_to.simulated), &args.parameters)
+        {
+            eprintln!("{}: fitted to simulated answers: a check, no finding", file.display());
+        }
         let (weight, law) = fitted.map_or((None, None), |fitted| (fitted.weight, fitted.law));
         let has_parameters = args.r.is_some() || args.epsilon.is_some();
         // An r is that of Eq. 4 as printed. Without one there is no weight, because neither makes blurred images
@@ -83,6 +88,12 @@ impl<'a> Goal<'a> {
             WeightKind::Mirrored => Weight::Mirrored { r, epsilon },
         };
         weight.check().map_err(|error| UsageError::from(format!("simplify: --{error}")))?;
+        if !has_goal && law.is_none() {
+            eprintln!(
+                "the law is the published one, σ₁ = 7.3 px per px/shutter, σ₂ = 0.36 px, which does not give its own \
+                 table; --parameters takes another"
+            );
+        }
         let law = (!has_goal).then(|| law.unwrap_or(LevelOfDetailLaw::PUBLISHED));
         Ok(Self { args, weight, law })
     }

@@ -94,7 +94,11 @@ pub enum SimplifyError {
 }
 
 impl SimplifyError {
-    fn value(field: &'static str, value: impl ToString, allowed: impl Into<String>) -> Self {
+    pub(crate) fn value(
+        field: &'static str,
+        value: impl ToString,
+        allowed: impl Into<String>,
+    ) -> Self {
         Self::Value { field, value: value.to_string(), allowed: allowed.into() }
     }
 }

@@ -30,7 +30,9 @@ impl Grid {
         if self.axes.model.is_empty() {
             return refuse(&place, format!("{}: the grid has no axis model", self.name));
         }
-        let entries = match std::fs::read_dir(folder) {
+        let entries = std::fs::read_dir(folder)
+            .and_then(|entries| entries.collect::<std::io::Result<Vec<_>>>());
+        let entries = match entries {
             Ok(entries) => entries,
             Err(error) => return refuse(&place, format!("a folder is needed: {error}")),
         };
@@ -39,7 +41,7 @@ impl Grid {
             ENDINGS.contains(&ending.as_str()) && path.is_file()
         };
         let mut files: Vec<_> =
-            entries.flatten().map(|entry| entry.path()).filter(|path| is_model(path)).collect();
+            entries.iter().map(|entry| entry.path()).filter(|path| is_model(path)).collect();
         files.sort();
         let mut models: IndexMap<String, String> = IndexMap::new();
         for file in files {
@@ -52,7 +54,10 @@ impl Grid {
                 return refuse(&shown, allowed);
             }
             // Grids take paths from their own folder.
-            let file = std::path::absolute(&file).unwrap_or(file).display().to_string();
+            let file = match std::path::absolute(&file) {
+                Ok(file) => file.display().to_string(),
+                Err(error) => return refuse(&shown, error.to_string()),
+            };
             if let Some(other) = models.insert(name.clone(), file) {
                 return refuse(&shown, format!("{other} is called {name}, too"));
             }

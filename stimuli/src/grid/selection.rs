@@ -106,6 +106,7 @@ fn levels_of<'a>(stimuli: &[&'a Stimulus]) -> Levels<'a> {
                 "samples" => stimulus.samples.to_string(),
                 "method" => stimulus.method.to_string(),
                 "r" => of_simplification(stimulus, |how| how.r),
+                "level_of_detail" if stimulus.simplification.is_none() => "1".into(),
                 "level_of_detail" => of_simplification(stimulus, |how| how.level_of_detail),
                 _ => name.to_string(),
             };

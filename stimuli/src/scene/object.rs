@@ -1,7 +1,7 @@
 //! Descriptions of things in a scene: their shape, place and motion.
 
 use super::Material;
-use crate::assets::{Assets, Kind};
+use crate::assets::{Assets, Kind, made};
 use serde::{Deserialize, Serialize};
 use shutterlab_data_schema::definition::DefinitionError;
 
@@ -197,6 +197,10 @@ impl Object {
             length("motion.deformation.distance_m", *distance_m, 1e-6, 1e6)?;
             if !is_mesh {
                 return refuse("motion.deformation.file", pose.clone(), "only a mesh has poses");
+            }
+            if made(pose).is_some() {
+                let allowed = "a file is needed: models that are made have one pose";
+                return refuse("motion.deformation.file", pose.clone(), allowed);
             }
         }
         Ok(())
