@@ -201,6 +201,11 @@ impl<'a> Bins<'a> {
         })
     }
 
+    /// The most entries that a tile has.
+    pub fn most_in_tile(&self) -> u32 {
+        self.counts.chunks(LAYERS as usize).map(|tile| tile.iter().sum()).max().unwrap_or(0)
+    }
+
     /// Writes the entries of a band. What is recorded before it is submitted is of one band.
     pub fn fill(&self, encoder: &mut wgpu::CommandEncoder, band: &Range<u32>) {
         let (first_row, end_row, first_column) = (band.start, band.end, self.columns.start);

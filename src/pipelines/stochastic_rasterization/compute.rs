@@ -4,7 +4,7 @@
 use super::bins::Bins;
 use super::{TILE, moving_wgsl};
 use crate::film::Film;
-use crate::gpu::device::GpuError;
+use crate::gpu::device::{Gpu, GpuError};
 use crate::gpu::{buffers, shader};
 use crate::pipelines::frame::FrameParams;
 use crate::pipelines::on_gpu::{Method, Shown};
@@ -21,8 +21,37 @@ pub const SAMPLES_WGSL: &str = include_str!("samples.wgsl");
 
 /// The source of the shader that finds what samples see.
 pub fn wgsl(variant: &Variant) -> String {
-    let batch = format!("const BATCH = {BATCH}u;");
-    variant.wgsl(&[&batch, &moving_wgsl(), include_str!("rasterize.wgsl")])
+    let constants = format!(
+        "const BATCH = {BATCH}u;
+const SLICE = {SLICE}u;
+"
+    );
+    variant.wgsl(&[&constants, &moving_wgsl(), include_str!("rasterize.wgsl")])
+}
+
+/// So many rounds of its loops a shader makes on Mesa's adapter in software, which then leaves them without a word
+/// (2¹⁶ less some for what else there is).
+const ROUNDS: u32 = 60_000;
+
+/// Samples of a pixel in a slice of time.
+const SLICE: u32 = 4;
+
+/// How many samples of each pixel can be drawn at once where a tile has so many entries: each slice goes through all of
+/// them.
+///
+/// # Errors
+/// An adapter in software does not get through a single slice.
+fn samples_at_once(gpu: &Gpu, entries: u32) -> Result<u32, GpuError> {
+    if gpu.info.device_type != wgpu::DeviceType::Cpu {
+        return Ok(u32::MAX);
+    }
+    match ROUNDS / entries.max(1) {
+        0 => Err(GpuError::Failed(format!(
+            "stochastic-rasterization: {entries} triangles in a tile: an adapter in software goes through {ROUNDS} at most; \
+             choose cpu"
+        ))),
+        slices => Ok(slices.saturating_mul(SLICE)),
+    }
 }
 
 /// The compiled shaders.
@@ -78,12 +107,13 @@ impl Method for Rasterizer {
         let end_row = bins.bands.last().map_or(0, |band| band.end);
         let columns = bins.columns.len() as u32;
         let first_pixel = [bins.columns.start, first_row].map(|tile| tile * TILE);
+        let most = visibility.layers.min(samples_at_once(gpu, bins.most_in_tile())?);
         let mut is_filled = false;
         let mut drawn = 0;
         let mut films = vec![];
         for &count in samples {
             while drawn < count {
-                let sample_count = visibility.layers.min(count - drawn);
+                let sample_count = most.min(count - drawn);
                 let part =
                     FrameParams { first_sample: drawn, sample_count, first_pixel, ..frame.params };
                 gpu.queue.write_buffer(&of_frame.params, 0, bytemuck::bytes_of(&part));

@@ -1,5 +1,5 @@
 // What each sample of the pixels of a tile sees: twin of reference.rs. A slice of time is that of the next few samples of
-// each pixel; their order in time is kept by sorting keys.
+// each pixel, `SLICE` of them; their order in time is kept by sorting keys.
 
 @group(0) @binding(11) var<uniform> band: Band;
 @group(0) @binding(12) var<storage, read> segments: array<Segment>;
@@ -9,8 +9,6 @@
 // One more than the object and its face that each sample sees.
 @group(0) @binding(15) var visibility: texture_storage_2d_array<rg32uint, write>;
 
-// Samples of a pixel in a slice.
-const SLICE: u32 = 4u;
 const NONE: u32 = 0xffffffffu;
 
 // An entry that may be seen in the slice.
