@@ -33,8 +33,8 @@ pub struct FittedTo {
     pub observers: Option<u64>,
     /// The models they rated; empty if the source does not say.
     pub models: Vec<String>,
-    /// How many points the law was fitted to, or how many rated images r was chosen from; missing if the
-    /// source does not say.
+    /// How many rated images r was chosen from or the law fitted to, or how many points, if it is through
+    /// points; missing if the source does not say.
     pub points: Option<u64>,
     /// Whether the answers were simulated, a check of the tool and no finding; missing if the source does
     /// not say.

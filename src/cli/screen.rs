@@ -40,8 +40,12 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let is_simplified_from = |one: &Sequence, original: &Sequence| {
         one.manifest.stimulus.is_simplified_from(&original.manifest.stimulus)
     };
+    // What simplified models come from is compared with them alone.
+    let is_original = |one: &Sequence| sequences.iter().any(|other| is_simplified_from(other, one));
+    let originals: Vec<bool> = sequences.iter().map(is_original).collect();
     let pairs: Vec<(&Sequence, &Sequence)> = (0..sequences.len())
         .flat_map(|i| (i + 1..sequences.len()).map(move |j| (i, j)))
+        .filter(|&(i, j)| !(originals[i] && originals[j]))
         .map(|(i, j)| (&sequences[i], &sequences[j]))
         .filter_map(|(a, b)| match [a, b].map(is_simplified) {
             [false, false] => Some((a, b)),

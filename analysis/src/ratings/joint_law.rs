@@ -24,7 +24,7 @@ const LAPSES: [f64; 13] =
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JointLaw {
     /// σ₁ and σ₂.
-    pub sigma: [Parameter; 2],
+    pub sigma: [JointParameter; 2],
     /// How the log-odds of "same" grow with the logarithm of the frequency.
     pub slope: f64,
     /// Share of answers that are given by chance.
@@ -50,7 +50,7 @@ pub struct ModelUnderLaw {
 
 /// σ₁ or σ₂.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Parameter {
+pub struct JointParameter {
     /// The estimate.
     pub estimate: f64,
     /// Its standard error.
@@ -120,7 +120,11 @@ pub fn joint_law(answers: &Ratings, frequencies: &Frequencies) -> Outcome<JointL
         let se = libm::sqrt(squares * (n - 1.0) / n);
         let estimate = libm::exp(best[i]);
         let aside = libm::exp(t_975(n - 1.0) * se);
-        Parameter { estimate, se: estimate * se, interval_95: [estimate / aside, estimate * aside] }
+        JointParameter {
+            estimate,
+            se: estimate * se,
+            interval_95: [estimate / aside, estimate * aside],
+        }
     });
     let count = all.iter().map(|image| image.counts.trials()).sum();
     Ok(JointLaw {

@@ -1,6 +1,6 @@
 //! The re-fit of the law of the level of detail in words, tables and figures.
 
-use super::joint_law::{self, JointLaw, ModelUnderLaw};
+use super::joint_law::{JointLaw, JointParameter, ModelUnderLaw};
 use super::law::{PUBLISHED_R, Refit};
 use super::law_tables::{figure, joint_tables, models, parameters, residuals, units};
 use super::level_of_detail::Rule;
@@ -16,13 +16,6 @@ use shutterlab_data_schema::fitted::LevelOfDetailLaw;
 const UNLIKE: f64 = 0.1;
 
 const PUBLISHED: LevelOfDetailLaw = LevelOfDetailLaw::PUBLISHED;
-
-/// How the law from all answers was found.
-const FROM_ALL_ANSWERS: &str = "The law from all answers at once is that of the largest likelihood with P(same) = λ/2 + \
-             (1 − λ) L(c + s·(ln ρ + ln(σ₁v + σ₂))), L the logistic function, lapses λ of 0 to 6 %, and \
-             c such that 80 % say \"same\" where ρ is that of the law. Standard errors are those of the \
-             jackknife over observers, of ln σ₁ and ln σ₂; intervals are Student's (Efron and \
-             Tibshirani 1993, chapter 11).";
 
 /// The section on a re-fit.
 pub fn section(refit: &Refit) -> Section {
@@ -40,45 +33,7 @@ pub fn section(refit: &Refit) -> Section {
         sentences: sentences(refit),
         tables,
         figures,
-        method: refit
-            .joint
-            .iter()
-            .map(|_| FROM_ALL_ANSWERS.to_string())
-            .chain([
-            "The law ρ = 1/(σ₁v + σ₂) of Zhang et al. (2014, Eq. 8) gives the highest spatial \
-             frequency ρ to keep at the screen velocity v. It was fitted by least squares with \
-             the method of Levenberg and Marquardt (Moré 1978). Standard errors and Student's t \
-             intervals are those of the linearised model; profile intervals hold the σ whose \
-             least sum of squares is within the F limit (Bates and Watts 1988). Both take the \
-             frequencies as equally and independently scattered at all speeds."
-                .into(),
-            match refit.drawn {
-                "residuals" => "Bootstrap intervals come from residuals, each divided by √(1 − \
-                                leverage), drawn with replacement and studentised (Efron and \
-                                Tibshirani 1993)."
-                    .into(),
-                drawn => format!(
-                    "Bootstrap intervals come from {}: their coarsest levels are found and the \
-                     law is fitted again. They take the scatter of the ratings as it is, which \
-                     falls with the frequency; where there is no law from all answers they are the ones to quote. \
-                     Percentiles are expanded for few observers (Hesterberg 2015).",
-                    if drawn == "observers" {
-                        "resampled observers"
-                    } else {
-                        "answers to each image drawn anew"
-                    }
-                ),
-            },
-            "A level of detail is a share of faces; its spatial frequency is the reciprocal of \
-             the mean perimeter of the model's projected triangles. Between two levels of known \
-             frequency it is interpolated on logarithmic scales."
-                .into(),
-            "The mean law over models is a global two-stage estimate (Davidian and Giltinan \
-             1995, §5.3): each model's own law, weighted by its own uncertainty and the \
-             covariance between models, which is estimated by restricted maximum likelihood."
-                .into(),
-        ])
-            .collect(),
+        method: method(refit),
         references: vec![
             "Bates, D. M. & Watts, D. G. (1988). Nonlinear Regression Analysis and Its \
              Applications. Wiley.",
@@ -92,6 +47,53 @@ pub fn section(refit: &Refit) -> Section {
             ZHANG,
         ],
     }
+}
+
+/// How the laws were found.
+fn method(refit: &Refit) -> Vec<String> {
+    let from_all_answers = refit.joint.iter().map(|_| {
+        "The law from all answers at once is that of the largest likelihood with P(same) = λ/2 + \
+         (1 − λ) L(c + s·(ln ρ + ln(σ₁v + σ₂))), L the logistic function, lapses λ of 0 to 6 %, and \
+         c such that 80 % say \"same\" where ρ is that of the law. Standard errors are those of the \
+         jackknife over observers, of ln σ₁ and ln σ₂; intervals are Student's (Efron and \
+         Tibshirani 1993, chapter 11)."
+            .into()
+    });
+    let others = [
+        "The law ρ = 1/(σ₁v + σ₂) of Zhang et al. (2014, Eq. 8) gives the highest spatial \
+             frequency ρ to keep at the screen velocity v. It was fitted by least squares with \
+             the method of Levenberg and Marquardt (Moré 1978). Standard errors and Student's t \
+             intervals are those of the linearised model; profile intervals hold the σ whose \
+             least sum of squares is within the F limit (Bates and Watts 1988). Both take the \
+             frequencies as equally and independently scattered at all speeds."
+            .into(),
+        match refit.drawn {
+            "residuals" => "Bootstrap intervals come from residuals, each divided by √(1 − \
+                                leverage), drawn with replacement and studentised (Efron and \
+                                Tibshirani 1993)."
+                .into(),
+            drawn => format!(
+                "Bootstrap intervals come from {}: their coarsest levels are found and the \
+                     law is fitted again. They take the scatter of the ratings as it is, which \
+                     falls with the frequency; where there is no law from all answers they are the \
+                     ones to quote. Percentiles are expanded for few observers (Hesterberg 2015).",
+                if drawn == "observers" {
+                    "resampled observers"
+                } else {
+                    "answers to each image drawn anew"
+                }
+            ),
+        },
+        "A level of detail is a share of faces; its spatial frequency is the reciprocal of \
+             the mean perimeter of the model's projected triangles. Between two levels of known \
+             frequency it is interpolated on logarithmic scales."
+            .into(),
+        "The mean law over models is a global two-stage estimate (Davidian and Giltinan \
+             1995, §5.3): each model's own law, weighted by its own uncertainty and the \
+             covariance between models, which is estimated by restricted maximum likelihood."
+            .into(),
+    ];
+    from_all_answers.chain(others).collect()
 }
 
 fn sentences(refit: &Refit) -> Vec<String> {
@@ -164,7 +166,7 @@ fn from_all_answers(found: &Outcome<JointLaw>) -> String {
         Err(reason) => return format!("No law from all answers at once: {reason}."),
         Ok(found) => found,
     };
-    let [one, two] = found.sigma.map(|joint_law::Parameter { estimate, se, interval_95 }| {
+    let [one, two] = found.sigma.map(|JointParameter { estimate, se, interval_95 }| {
         let [estimate, se] = [estimate, se].map(significant);
         format!("{estimate} (SE {se}, 95 % interval {})", interval(interval_95))
     });

@@ -1,6 +1,6 @@
 //! The re-fit of the law of the level of detail as tables and a figure.
 
-use super::joint_law::{JointLaw, ModelUnderLaw, Parameter};
+use super::joint_law::{JointLaw, JointParameter, ModelUnderLaw};
 use super::law::Refit;
 use super::over_models::OverModels;
 use super::reciprocal::ReciprocalFit;
@@ -24,7 +24,7 @@ pub(super) fn joint_tables(refit: &Refit, joint: &JointLaw) -> [Table; 2] {
     let [velocity, frequency] = units(refit);
     let unit = [format!("1/({frequency} · {velocity})"), format!("1/({frequency})")];
     let row = |i: usize| {
-        let Parameter { estimate, se, interval_95: [low, high] } = joint.sigma[i];
+        let JointParameter { estimate, se, interval_95: [low, high] } = joint.sigma[i];
         let less = [&refit.sigma_1_less_published, &refit.sigma_2_less_published][i];
         let published = [PUBLISHED.sigma_1.value, PUBLISHED.sigma_2.value][i];
         let difference = less.as_ref().map_or(Cell::Missing, |_| (estimate - published).into());
@@ -199,11 +199,20 @@ pub(super) fn figure(refit: &Refit, fit: &ReciprocalFit) -> Figure {
         (0..=80).map(|k| slowest + (fastest - slowest) * f64::from(k) / 80.0).collect();
     let line = |of: &dyn Fn(f64) -> f64| at.iter().map(|v| [*v, of(*v)]).collect::<Vec<_>>();
     let mut series = vec![Series {
-        name: "this fit".into(),
+        name: "through points".into(),
         style: Style::Line,
         points: line(&|v| fit.predict(v).frequency),
         intervals: at.iter().filter_map(|v| fit.predict(*v).interval_95).collect(),
     }];
+    if let Ok(joint) = &refit.joint {
+        let [one, two] = joint.sigma.map(|sigma| sigma.estimate);
+        series.push(Series {
+            name: "from all answers".into(),
+            style: Style::Line,
+            points: line(&|v| 1.0 / (one * v + two)),
+            intervals: vec![],
+        });
+    }
     let alike = refit.sigma_1_less_published.is_ok();
     if alike {
         series.push(Series {
@@ -221,11 +230,12 @@ pub(super) fn figure(refit: &Refit, fit: &ReciprocalFit) -> Figure {
         true => "the published law is dashed",
         false => "the published law is in other units and not drawn",
     };
+    let from_all_answers = refit.joint.as_ref().map_or("", |_| ", that from all answers");
     Figure {
         name: "reciprocal-fit".into(),
         caption: format!(
-            "The highest spatial frequency to keep by speed: points, the fitted law with its 95 \
-             % band (t); {published}."
+            "The highest spatial frequency to keep by speed: points, the law through them with its 95 \
+             % band (t){from_all_answers}; {published}."
         ),
         svg: Plot {
             label: "Spatial frequency to keep by speed".into(),

@@ -16,19 +16,6 @@ use shutterlab_stimuli::stimulus::View;
 use std::collections::HashMap;
 use wgpu::{BindingResource, TextureUsages};
 
-/// Which samples there are, for [`wgsl`](crate::pipelines::visibility::wgsl).
-pub const SAMPLES_WGSL: &str = include_str!("samples.wgsl");
-
-/// The source of the shader that finds what samples see.
-pub fn wgsl(variant: &Variant) -> String {
-    let constants = format!(
-        "const BATCH = {BATCH}u;
-const SLICE = {SLICE}u;
-"
-    );
-    variant.wgsl(&[&constants, &moving_wgsl(), include_str!("rasterize.wgsl")])
-}
-
 /// So many rounds of its loops a shader makes on Mesa's adapter in software, which then leaves them without a word
 /// (2¹⁶ less some for what else there is).
 const ROUNDS: u32 = 60_000;
@@ -36,22 +23,13 @@ const ROUNDS: u32 = 60_000;
 /// Samples of a pixel in a slice of time.
 const SLICE: u32 = 4;
 
-/// How many samples of each pixel can be drawn at once where a tile has so many entries: each slice goes through all of
-/// them.
-///
-/// # Errors
-/// An adapter in software does not get through a single slice.
-fn samples_at_once(gpu: &Gpu, entries: u32) -> Result<u32, GpuError> {
-    if gpu.info.device_type != wgpu::DeviceType::Cpu {
-        return Ok(u32::MAX);
-    }
-    match ROUNDS / entries.max(1) {
-        0 => Err(GpuError::Failed(format!(
-            "stochastic-rasterization: {entries} triangles in a tile: an adapter in software goes through {ROUNDS} at most; \
-             choose cpu"
-        ))),
-        slices => Ok(slices.saturating_mul(SLICE)),
-    }
+/// Which samples there are, for [`wgsl`](crate::pipelines::visibility::wgsl).
+pub const SAMPLES_WGSL: &str = include_str!("samples.wgsl");
+
+/// The source of the shader that finds what samples see.
+pub fn wgsl(variant: &Variant) -> String {
+    let constants = format!("const BATCH = {BATCH}u;\nconst SLICE = {SLICE}u;\n");
+    variant.wgsl(&[&constants, &moving_wgsl(), include_str!("rasterize.wgsl")])
 }
 
 /// The compiled shaders.
@@ -140,5 +118,23 @@ impl Method for Rasterizer {
             films.push(Film { width, height, samples: count, sums });
         }
         Ok(films)
+    }
+}
+
+/// How many samples of each pixel can be drawn at once where a tile has so many entries: each slice goes through all of
+/// them.
+///
+/// # Errors
+/// An adapter in software does not get through a single slice.
+fn samples_at_once(gpu: &Gpu, entries: u32) -> Result<u32, GpuError> {
+    if gpu.info.device_type != wgpu::DeviceType::Cpu {
+        return Ok(u32::MAX);
+    }
+    match ROUNDS / entries.max(1) {
+        0 => Err(GpuError::Failed(format!(
+            "stochastic-rasterization: {entries} triangles in a tile: an adapter in software goes through {ROUNDS} at most; \
+             choose cpu"
+        ))),
+        slices => Ok(slices.saturating_mul(SLICE)),
     }
 }

@@ -57,11 +57,7 @@ fn all_methods_show_the_golden_images() {
     // Tests of adapters say where there is none.
     let devices = [DeviceChoice::Cpu, DeviceChoice::Gpu].map(OpenDevice::open);
     for device in devices.iter().flatten() {
-        for method in [
-            Method::DistributionRayTracing,
-            Method::AccumulationBuffer,
-            Method::StochasticRasterization,
-        ] {
+        for (_, method) in Method::ALL {
             let mut pipeline = device.pipeline(method, assets.path());
             for (name, stimulus) in &scenes {
                 assert!(std::fs::read(file(name)).unwrap().len() <= MOST_BYTES, "{name}");
